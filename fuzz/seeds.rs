@@ -45,6 +45,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (i, row) in rows.iter().enumerate() {
         save("image", &format!("{i}.hdr"), &[header, row].concat())?;
     }
+    for name in ["grey", "baseline", "progressive"] {
+        let file = format!("{}/../crates/vellus-usd/tests/data/images/{name}.jpg", env!("CARGO_MANIFEST_DIR"));
+        save("image", &format!("{name}.jpg"), &std::fs::read(file)?)?;
+    }
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let pixels: Vec<u16> = (0..48).collect();
+    tiff::encoder::TiffEncoder::new(&mut bytes)?.write_image::<tiff::encoder::colortype::RGB16>(4, 4, &pixels)?;
+    save("image", "rgb.tif", &bytes.into_inner())?;
 
     let folder = tempfile::tempdir()?;
     let at = |name: &str| folder.path().join(name);

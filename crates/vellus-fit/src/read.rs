@@ -131,6 +131,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let text = || {
         std::str::from_utf8(&bytes)
+            .map(vellus_io::unmarked)
             .map_err(|e| Error::file(path, format!("byte {}: it is not UTF-8 text", e.valid_up_to())))
     };
     let table = match extension.as_str() {

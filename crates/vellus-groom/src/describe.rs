@@ -1,13 +1,14 @@
 //! A description of the strands of a scene, for people.
 
-use crate::{bytes, measure};
+use crate::{HairHeader, bytes, measure};
 use vellus_scene::{Scene, Strands, Units};
 
-/// Describes the strands of a scene: units, counts, bounds, widths, lengths and memory, one line each.
-pub fn describe(scene: &Scene) -> String {
+/// Describes the strands of a scene: units, counts, bounds, widths, lengths and memory, one line each. `header` is that
+/// of the .hair file that the scene was read from.
+pub fn describe(scene: &Scene, header: Option<&HairHeader>) -> String {
     let mut text = format!("units     {}\n", scene.units.map_or("unknown".to_owned(), units));
     for strands in &scene.strands {
-        text += &one(strands);
+        text += &one(strands, header);
     }
     if scene.strands.len() != 1 {
         let sum = |of: fn(&Strands) -> usize| scene.strands.iter().map(of).sum::<usize>();
@@ -58,7 +59,7 @@ fn number(x: f32) -> String {
 }
 
 /// One set of strands.
-fn one(strands: &Strands) -> String {
+fn one(strands: &Strands, header: Option<&HairHeader>) -> String {
     let corner = |v: glam::Vec3| v.to_array().map(number).join(", ");
     let mut rows = vec![
         ("strands", strands.len().to_string()),
@@ -75,6 +76,9 @@ fn one(strands: &Strands) -> String {
             "widths",
             match measures.widths {
                 [_, 0.0] => format!("none: give one with --width, {} for example", suggested_width(strands)),
+                _ if header.is_some_and(|header| header.thickness.is_some()) => {
+                    format!("{thinnest} to {thickest} (default of the file)")
+                }
                 _ => format!("{thinnest} to {thickest}"),
             },
         ));
@@ -86,6 +90,11 @@ fn one(strands: &Strands) -> String {
     has.extend(strands.varying.iter().map(|(parameter, _)| parameter.name()));
     if !has.is_empty() {
         rows.push(("has", has.join(", ")));
+    }
+    if let Some(HairHeader { transparency, color, .. }) = header {
+        let transparency = transparency.map_or("of points".to_owned(), |x| x.to_string());
+        let color = color.map_or(String::new(), |[r, g, b]| format!(", default colour {r} {g} {b}"));
+        rows.push(("not used", format!("transparency {transparency}{color}")));
     }
     rows.push(("memory", format!("{:.1} MB", bytes(strands) as f64 * 1e-6)));
     let rows: String = rows.iter().map(|(name, value)| format!("  {name:10}{value}\n")).collect();
@@ -110,7 +119,7 @@ mod tests {
             look: 0,
             varying: Vec::new(),
         };
-        let text = describe(&Scene { strands: vec![strands.clone()], ..Scene::default() });
+        let text = describe(&Scene { strands: vec![strands.clone()], ..Scene::default() }, None);
         assert!(text.contains("(0, 0, 0) to (0, 0.240000, 0.100000)"), "{text}");
         // One strand is a guide.
         assert!(text.contains("none: give one with --width, 0.0005 for example"), "{text}");

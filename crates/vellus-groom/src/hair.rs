@@ -22,7 +22,8 @@ const COLORS: u32 = 16;
 /// strands.
 ///
 /// Diameters are the thickness of each point if the file has it, otherwise `width` if it is set, otherwise the default
-/// of the file. Colours of points become [`Parameter::Reflectance`] as linear RGB. Transparency is ignored.
+/// of the file. Colours of points become [`Parameter::Reflectance`] as linear RGB. Transparency and the default colour
+/// are ignored: [`hair_header`] has them.
 ///
 /// # Errors
 /// [`Error::File`] if the file is invalid. [`Error::NoWidth`] if there is no width at all. [`Error::Width`] if `width`
@@ -30,9 +31,7 @@ const COLORS: u32 = 16;
 pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands, Error> {
     let width = given_width(width)?;
     let file = Bytes { file: name, bytes };
-    if file.array(0, 1, HEADER, "header")?[..4] != *b"HAIR" {
-        return Err(file.fail(0, "a .hair file begins with HAIR"));
-    }
+    check_header(&file)?;
     let [count, points, arrays] = [file.u32(4, "strands")?, file.u32(8, "points")?, file.u32(12, "arrays")?];
     let (count, total) = (count as usize, points as usize);
     if arrays & POINTS == 0 {
@@ -58,8 +57,7 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     } else {
         None
     };
-    let default = file.f32(20, "thickness")?;
-    let default = width.or((default > 0.0 && default <= MAX_WIDTH).then_some(default));
+    let default = width.or(default_thickness(&file)?);
     let radius = |i: usize| thickness.as_ref().map_or(default, |t| Some(t[i])).map(|t| 0.5 * t);
     let points = positions.iter().enumerate().map(|(i, p)| radius(i).map(|r| p.extend(r)));
     let points: Option<Vec<Vec4>> = points.collect();
@@ -79,6 +77,48 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
         root_uv: None,
         look: 0,
         varying,
+    })
+}
+
+fn check_header(file: &Bytes) -> Result<(), Error> {
+    if file.array(0, 1, HEADER, "header")?[..4] == *b"HAIR" {
+        Ok(())
+    } else {
+        Err(file.fail(0, "a .hair file begins with HAIR"))
+    }
+}
+
+/// The thickness in the header, if it can be one.
+fn default_thickness(file: &Bytes) -> Result<Option<f32>, Error> {
+    let default = file.f32(20, "thickness")?;
+    Ok((default > 0.0 && default <= MAX_WIDTH).then_some(default))
+}
+
+/// What the header of a `.hair` file says of all points. A default is `None` if the file has an array in its place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HairHeader {
+    /// The diameter in the unit of the file, if it is positive. [`read_hair`] uses it without another width.
+    pub thickness: Option<f32>,
+    /// The transparency, from 0 to 1.
+    pub transparency: Option<f32>,
+    /// The colour, RGB.
+    pub color: Option<[f32; 3]>,
+}
+
+/// Reads the header of a `.hair` file. `name` is used in messages.
+///
+/// # Errors
+/// [`Error::File`] if the file has no such header.
+pub fn hair_header(bytes: &[u8], name: &str) -> Result<HairHeader, Error> {
+    let file = Bytes { file: name, bytes };
+    check_header(&file)?;
+    let arrays = file.u32(12, "arrays")?;
+    let lacks = |array: u32| arrays & array == 0;
+    let color = [file.f32(28, "colour")?, file.f32(32, "colour")?, file.f32(36, "colour")?];
+    Ok(HairHeader {
+        thickness: default_thickness(&file)?.filter(|_| lacks(THICKNESS)),
+        transparency: Some(file.f32(24, "transparency")?).filter(|_| lacks(TRANSPARENCY)),
+        color: Some(color).filter(|_| lacks(COLORS)),
     })
 }
 

@@ -65,7 +65,7 @@ pub use error::Error;
 pub use flatten::flatten;
 pub use group::{Ground, Group, GroupError, read_groups, toml_message};
 pub use grow::{area, grow};
-pub use hair::{read_hair, write_hair};
+pub use hair::{HairHeader, hair_header, read_hair, write_hair};
 pub use measure::{Measures, bytes, measure};
 pub use obj::read_obj;
 pub use patch::reference_coat;

@@ -6,10 +6,10 @@ use crate::error::Error;
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
-use vellus_scene::Mesh;
+use vellus_scene::{Mesh, triangulate};
 
-/// Reads the meshes of an .obj file, one for each object or group that has faces. Polygons become triangle fans from
-/// their first corner. `name` is used in messages.
+/// Reads the meshes of an .obj file, one for each object or group that has faces. Polygons become triangles by
+/// [`triangulate`]. `name` is used in messages.
 ///
 /// # Errors
 /// [`Error::Line`] if the file is invalid or has no faces.
@@ -17,7 +17,7 @@ pub fn read_obj(bytes: &[u8], name: &str) -> Result<Vec<Mesh>, Error> {
     let mut reader = Reader { file: name, line: 0, ..Reader::default() };
     let text = String::from_utf8_lossy(bytes);
     // Removes comments.
-    let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default()).zip(1..);
+    let mut lines = vellus_io::unmarked(&text).lines().map(|line| line.split('#').next().unwrap_or_default()).zip(1..);
     while let Some((line, number)) = lines.next() {
         reader.line = number;
         let mut whole = Cow::Borrowed(line);
@@ -102,7 +102,8 @@ impl Reader<'_> {
         if corners.len() < 3 {
             return Err(self.fail(format!("a face has at least 3 corners, not {}", corners.len())));
         }
-        self.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
+        let positions: Vec<Vec3> = corners.iter().map(|corner| self.positions[corner.position]).collect();
+        triangulate(&positions, |triangle| self.triangles.push(triangle.map(|i| corners[i])));
         Ok(())
     }
 
@@ -181,6 +182,32 @@ mod tests {
         assert_eq!((bare.name.as_str(), &bare.positions[..]), ("b", &[Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][..]));
         assert!(bare.uv.is_none() && bare.normals.is_none());
         assert!(meshes.iter().all(|mesh| mesh.validate() == Ok(())));
+    }
+
+    /// A pentagon of 2 × 2 with a notch of 1.5, from each of its corners.
+    #[test]
+    fn concave_polygons_do_not_leave_their_outline() {
+        for first in 0..5 {
+            let face: Vec<String> = (0..5).map(|i| ((first + i) % 5 + 1).to_string()).collect();
+            let file = format!("v 0 0 0\nv 2 0 0\nv 2 0 -2\nv 1 0 -0.5\nv 0 0 -2\nf {}", face.join(" "));
+            let [mesh] = &read_obj(file.as_bytes(), "notch.obj").unwrap()[..] else { panic!() };
+            let mut area = 0.0;
+            for triangle in &mesh.triangles {
+                let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+                let normal = (b - a).cross(c - a);
+                assert!(normal.y > 0.0, "{first}: {:?}", mesh.triangles);
+                area += 0.5 * normal.length();
+            }
+            assert!((area - 2.5).abs() < 1e-6, "{first}: {area}");
+        }
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_skipped() {
+        let file = format!("{}f 1 2 3 4", QUAD.split_once('\n').unwrap().1);
+        let meshes = read_obj(file.as_bytes(), "a.obj").unwrap();
+        assert_eq!(meshes[0].positions.len(), 4);
+        assert_eq!(read_obj(format!("\u{feff}{file}").as_bytes(), "a.obj").unwrap(), meshes);
     }
 
     #[test]

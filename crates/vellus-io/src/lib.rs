@@ -40,7 +40,9 @@ pub use errors::may_pass;
 pub use lines::BoundedLines;
 pub use memory::fits_in_memory;
 pub use progress::{Progress, Steps};
-pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
+pub use read::{
+    MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string, unmarked,
+};
 pub use sources::Sources;
 pub use state::{is_own, make_private, state_folder};
 pub use visible::visible;

@@ -73,15 +73,21 @@ pub fn open_file(path: &Path) -> Result<File> {
     File::open(path)
 }
 
-/// Reads a UTF-8 text file of at most `max` bytes.
+/// Text without the byte order mark that some editors put at the beginning of a file.
+pub fn unmarked(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+/// Reads a UTF-8 text file of at most `max` bytes, without a byte order mark.
 ///
 /// # Errors
 /// As [`read()`], and [`ErrorKind::InvalidData`] with the offset of the first byte that is not UTF-8.
 pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
-    String::from_utf8(read_at_most(path, max)?).map_err(|error| {
+    let text = String::from_utf8(read_at_most(path, max)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         Error::new(ErrorKind::InvalidData, format!("it is not UTF-8 text (byte {at})"))
-    })
+    })?;
+    Ok(if unmarked(&text).len() < text.len() { unmarked(&text).to_owned() } else { text })
 }
 
 /// The beginning of `bytes` as text for messages: at most `characters` characters, followed by `…` if there are more.
@@ -131,6 +137,8 @@ mod tests {
         assert_eq!(read(folder.path()).unwrap_err().kind(), ErrorKind::InvalidInput);
         std::fs::write(&path, b"12\xff").unwrap();
         assert!(read_to_string(&path, 9).unwrap_err().to_string().contains("byte 2"));
+        std::fs::write(&path, "\u{feff}a\u{feff}").unwrap();
+        assert_eq!(read_to_string(&path, 9).unwrap(), "a\u{feff}");
     }
 
     #[test]

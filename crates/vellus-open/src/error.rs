@@ -141,6 +141,8 @@ pub enum Warning {
     },
     /// These strands have no widths and were omitted.
     NoWidths(String),
+    /// These strands are transparent in their file.
+    Transparent(String),
 }
 
 impl Warning {
@@ -171,6 +173,7 @@ impl fmt::Display for Warning {
                 100.0 * share
             ),
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
+            Warning::Transparent(strands) => write!(f, "{strands}: transparency is not supported: it is opaque"),
         }
     }
 }

@@ -35,10 +35,11 @@ pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 pub use recolor::Recolor;
 pub use staging::{Backdrop, Lighting, Staging};
-pub use write::write;
+pub use write::{dropped, write};
 
 use std::path::Path;
 use vellus::Fiber;
+use vellus_groom::HairHeader;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene, Strands};
 use vellus_usd::{FALLBACK_LOOK, RenderSettings};
@@ -90,6 +91,8 @@ pub struct Opened {
     pub staged: Option<String>,
     /// What a USD file says about its picture.
     pub settings: Option<RenderSettings>,
+    /// The header of a .hair file. Its thickness is `None` if [`Options::width`] replaces it.
+    pub header: Option<HairHeader>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
     pub is_metered: bool,
 }
@@ -109,6 +112,15 @@ impl Opened {
     /// and height.
     pub fn crop(&self, size: [usize; 2]) -> Option<[usize; 4]> {
         self.settings?.crop(size)
+    }
+
+    /// What was added to the content of the files, one line each.
+    pub fn notes(&self) -> impl Iterator<Item = String> {
+        let width = self.header.and_then(|header| header.thickness).map(|width| {
+            let name = self.scene.strands.first().map_or("", |strands| &strands.name);
+            format!("{name}: the width is {width}, the default of the file (--width replaces it)")
+        });
+        self.staged.clone().into_iter().chain(width)
     }
 }
 
@@ -177,14 +189,20 @@ pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error
 /// Those of [`check`]. [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
 /// [`Error::Fiber`] if [`Options::recolor`] is wrong for a fibre of the scene.
 pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error> {
-    let mut opened = open_all(scene.as_ref(), options)?;
+    // Strands without widths get the width 0 first, and later a suggested one.
+    open_with(scene.as_ref(), options, options.staging.as_ref().map(|_| 0.0))
+}
+
+/// Opens a scene. Strands whose file has no width at all get the width `missing`.
+fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
+    let mut opened = open_all(scene, options, missing)?;
     if let Some(recolor) = &options.recolor {
         recolor.apply(&mut opened.scene)?;
     }
     opened.warnings.extend(reach::out_of_reach(&opened.scene));
     if let Some(staging) = &options.staging {
-        let built_in = matches!(Format::of(&scene)?, Format::BuiltIn(_));
-        let still = still(scene.as_ref(), options, staging, &opened.scene)?;
+        let built_in = matches!(Format::of(scene)?, Format::BuiltIn(_));
+        let still = still(scene, options, staging, &opened.scene)?;
         opened.warnings.extend(suggest_widths(&mut opened.scene, still.as_ref()));
         if !built_in || *staging != Staging::new(staging.aspect) {
             staging::stage(&mut opened, staging, built_in, still)?;
@@ -201,9 +219,7 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
 /// # Errors
 /// As [`open`].
 pub fn open_to_measure(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error> {
-    let built_in = matches!(Format::of(&scene)?, Format::BuiltIn(_));
-    let width = options.width.or((!built_in).then_some(0.0));
-    open(scene, &Options { width, ..options.clone() })
+    open_with(scene.as_ref(), options, Some(0.0))
 }
 
 /// The first frame of an animation whose frame `scene` has no widths, camera or lights of its own. All frames get those
@@ -212,7 +228,7 @@ fn still(path: &Path, options: &Options, staging: &Staging, scene: &Scene) -> Re
     if options.frame.is_none() || !(staging.is_needed(scene) || scene.all_strands().any(has_no_width)) {
         return Ok(None);
     }
-    let mut still = open_all(path, &Options { frame: None, ..options.clone() })?.scene;
+    let mut still = open_all(path, &Options { frame: None, ..options.clone() }, Some(0.0))?.scene;
     suggest_widths(&mut still, None);
     Ok(Some(still))
 }
@@ -233,11 +249,10 @@ fn suggest_widths(scene: &mut Scene, still: Option<&Scene>) -> Vec<Warning> {
     warnings
 }
 
-fn open_all(path: &Path, options: &Options) -> Result<Opened, Error> {
+fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
     let file = path.display().to_string();
-    // Strands without widths get the width 0 first.
-    let missing = options.width.or(options.staging.as_ref().map(|_| 0.0));
-    let mut sources = Sources::new();
+    let missing = options.width.or(missing);
+    let (mut sources, mut header) = (Sources::new(), None);
     let strands = match check(path, options)? {
         Format::BuiltIn(name) => {
             let unknown = || Error::Unknown(path.to_owned());
@@ -253,6 +268,8 @@ fn open_all(path: &Path, options: &Options) -> Result<Opened, Error> {
         Format::Usd => return open_usd(path, options, missing),
         Format::Hair => {
             let bytes = read(path, ".hair", &mut sources)?;
+            let own = vellus_groom::hair_header(&bytes, &file)?;
+            header = Some(HairHeader { thickness: own.thickness.filter(|_| options.width.is_none()), ..own });
             match vellus_groom::read_hair(&bytes, &file, options.width) {
                 Err(vellus_groom::Error::NoWidth { .. }) if missing.is_some() => {
                     vellus_groom::read_hair(&bytes, &file, missing)?
@@ -269,7 +286,9 @@ fn open_all(path: &Path, options: &Options) -> Result<Opened, Error> {
     };
     let (name, fiber) = options.fiber();
     let scene = Scene { strands: vec![strands], looks: vec![Look::constant(name, fiber)], ..Scene::default() };
-    Ok(Opened { scene, sources, ..Opened::default() })
+    let is_transparent = header.is_some_and(|header| header.transparency != Some(0.0));
+    let warnings = is_transparent.then(|| Warning::Transparent(file)).into_iter().collect();
+    Ok(Opened { scene, sources, warnings, header, ..Opened::default() })
 }
 
 /// Reads a file, and adds it to `sources` by `name`.

@@ -15,6 +15,9 @@ pub enum Wrap {
     Mirror,
     /// Black.
     Black,
+    /// The image consists of so many tiles along this axis, and each is one unit long (UDIM). A tile is interpolated on
+    /// its own. Beyond the tiles, the pixel at the edge continues.
+    Tiles(u16),
 }
 
 impl Wrap {
@@ -24,7 +27,22 @@ impl Wrap {
             Wrap::Repeat => x.rem_euclid(1.0),
             Wrap::Mirror => x.rem_euclid(2.0),
             Wrap::Clamp | Wrap::Black => x.clamp(-1.0, 2.0),
+            Wrap::Tiles(_) => x,
         }
+    }
+
+    /// The number of tiles.
+    fn tiles(self) -> usize {
+        if let Wrap::Tiles(count) = self { count.into() } else { 1 }
+    }
+
+    /// The position among `count` pixels of an image of tiles, in pixels from the centre of the first. It is between
+    /// the centres of the pixels of one tile.
+    fn in_tile(self, x: f32, count: usize) -> f32 {
+        let tiles = self.tiles();
+        let tile = x.floor().clamp(0.0, (tiles - 1) as f32);
+        let size = (count / tiles) as f32;
+        tile * size + ((x - tile) * size - 0.5).clamp(0.0, size - 1.0)
     }
 
     /// The index of the pixel at position `i` of an infinite row whose image has `count` pixels; `None` is black.
@@ -32,7 +50,7 @@ impl Wrap {
         let n = count as i64;
         let inside = match self {
             Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Clamp => i.clamp(0, n - 1),
+            Wrap::Clamp | Wrap::Tiles(_) => i.clamp(0, n - 1),
             Wrap::Mirror => {
                 let i = i.rem_euclid(2 * n);
                 i.min(2 * n - 1 - i)
@@ -62,8 +80,13 @@ impl Texture {
     /// The value at `uv`, with bilinear interpolation between pixel centres.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
         let [across, down] = self.wrap;
-        let x = across.near(uv.x) * self.width as f32 - 0.5;
-        let y = (1.0 - down.near(uv.y)) * self.height as f32 - 0.5;
+        let (x, y) = if let [Wrap::Tiles(_), Wrap::Tiles(_)] = self.wrap {
+            (across.in_tile(uv.x, self.width), (self.height - 1) as f32 - down.in_tile(uv.y, self.height))
+        } else {
+            let x = across.near(uv.x) * self.width as f32 - 0.5;
+            let y = (1.0 - down.near(uv.y)) * self.height as f32 - 0.5;
+            (x, y)
+        };
         let (x0, y0) = (x.floor(), y.floor());
         let (s, t) = (x - x0, y - y0);
         let pixel = |dx: i64, dy: i64| {
@@ -76,13 +99,38 @@ impl Texture {
         std::array::from_fn(|c| (0..4).map(|k| weights[k] * corners[k][c]).sum())
     }
 
-    /// Checks that the size matches the number of pixels, and that every pixel is finite and not negative.
+    /// The number of tiles along u and v; 1 if the image has none.
+    pub fn tiles(&self) -> [usize; 2] {
+        self.wrap.map(Wrap::tiles)
+    }
+
+    /// Whether the image can be that of a whole sky: it is twice as wide as high, within a tenth, or has one pixel.
+    pub fn is_latlong(&self) -> bool {
+        let ratio = self.width as f64 / self.height as f64;
+        (1.8..=2.2).contains(&ratio) || self.pixels.len() == 1
+    }
+
+    /// The texture coordinates of the centre of a pixel.
+    pub fn uv(&self, column: usize, row: usize) -> Vec2 {
+        let [across, down] = self.tiles().map(|tiles| tiles as f32);
+        let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
+        Vec2::new(x / self.width as f32 * across, (1.0 - y / self.height as f32) * down)
+    }
+
+    /// Checks that the size matches the number of pixels, that tiles divide it, and that every pixel is finite and not
+    /// negative.
     ///
     /// # Errors
     /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self) -> Result<(), Error> {
         if self.width == 0 || self.height == 0 || self.width.checked_mul(self.height) != Some(self.pixels.len()) {
             return Err(invalid(&self.name, "its width and height do not match its number of pixels"));
+        }
+        let is_tiled = self.wrap.map(|wrap| matches!(wrap, Wrap::Tiles(_)));
+        let [across, down] = self.tiles();
+        let fit = across > 0 && down > 0 && self.width.is_multiple_of(across) && self.height.is_multiple_of(down);
+        if is_tiled[0] != is_tiled[1] || !fit {
+            return Err(invalid(&self.name, "its tiles must be along both axes, and all have the same size"));
         }
         match self.pixels.iter().position(|p| p.iter().any(|x| !(x.is_finite() && *x >= 0.0))) {
             Some(i) => {
@@ -144,5 +192,31 @@ mod tests {
         let edge = Texture { name: String::new(), width: 1, height: 1, pixels: vec![[8.0; 3]], wrap: [Wrap::Black; 2] };
         // At a corner, one of four pixels is in the image.
         assert_eq!(edge.at(Vec2::ONE), [2.0; 3]);
+    }
+
+    /// Two columns and two rows of tiles of 2 × 1 pixels. The top row has the tiles of v from 1 to 2.
+    #[test]
+    fn tiles_have_a_unit_each_and_do_not_mix() {
+        let values = [5.0, 6.0, 7.0, 8.0, 1.0, 2.0, 3.0, 4.0];
+        let texture = Texture {
+            name: "skin".to_owned(),
+            width: 4,
+            height: 2,
+            pixels: values.map(|x: f32| [x; 3]).to_vec(),
+            wrap: [Wrap::Tiles(2); 2],
+        };
+        texture.validate().unwrap();
+        let at = |u, v| texture.at(Vec2::new(u, v))[0];
+        // Centres of pixels, between them, and both sides of an edge.
+        assert_eq!([at(0.25, 0.5), at(0.75, 0.1), at(1.25, 0.9), at(1.75, 0.5)], [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!([at(0.25, 1.5), at(0.5, 1.5), at(1.5, 1.5), at(1.75, 1.99)], [5.0, 5.5, 7.5, 8.0]);
+        assert_eq!([at(0.999, 0.5), at(1.001, 0.5), at(0.25, 0.999), at(0.25, 1.001)], [2.0, 3.0, 1.0, 5.0]);
+        assert_eq!([at(-9.0, -9.0), at(2.0, 2.0), at(1e30, 0.5)], [1.0, 8.0, 4.0]);
+        for (i, value) in values.into_iter().enumerate() {
+            assert_eq!(texture.at(texture.uv(i % 4, i / 4)), [value; 3], "{i}");
+        }
+        for wrap in [[Wrap::Tiles(3), Wrap::Tiles(1)], [Wrap::Tiles(0); 2], [Wrap::Tiles(1), Wrap::Clamp]] {
+            assert!(Texture { wrap, ..texture.clone() }.validate().unwrap_err().to_string().contains("tiles"));
+        }
     }
 }

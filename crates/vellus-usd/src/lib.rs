@@ -79,7 +79,7 @@ mod write;
 
 pub use error::Error;
 pub use guard::quiet_caught_panics;
-pub use image::{load_map, load_texture};
+pub use image::{load_map, load_sky, load_texture};
 pub use read::look::FALLBACK_LOOK;
 pub use read::{Options, Reading, RenderSettings, read, read_material};
 pub use warning::Warning;

@@ -4,7 +4,7 @@ mod grow;
 
 use crate::output;
 use crate::render::Input;
-use crate::say::say;
+use crate::say::{note, say};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,8 @@ pub enum Command {
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Info { input } => {
-            output::write(None, vellus_groom::describe(&input.open_to_measure()?.scene).as_bytes())
+            let opened = input.open_to_measure()?;
+            output::write(None, vellus_groom::describe(&opened.scene, opened.header.as_ref()).as_bytes())
         }
         Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
         Command::Grow(args) => grow::run(args),
@@ -45,7 +46,12 @@ fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     output::check_extension(path, &["usda", "hair"])?;
     input.options(None)?;
     output::writable(path)?;
-    vellus_open::write(&input.open(None)?.scene, path, pieces)?;
+    let scene = input.open(None)?.scene;
+    vellus_open::write(&scene, path, pieces)?;
+    let dropped = vellus_open::dropped(&scene, path);
+    if !dropped.is_empty() {
+        note!("warning: {} does not have {}", path.display(), dropped.join(", "));
+    }
     say!("wrote {}", path.display());
     Ok(())
 }

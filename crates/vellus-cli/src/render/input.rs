@@ -90,7 +90,7 @@ impl Input {
 fn report(opened: Result<Opened, Error>) -> Result<Opened> {
     let opened = opened.map_err(explain)?;
     opened.warnings.iter().for_each(|warning| say::note_once(format!("warning: {warning}")));
-    opened.staged.iter().for_each(|what| say::note_once(what.clone()));
+    opened.notes().for_each(say::note_once);
     Ok(opened)
 }
 

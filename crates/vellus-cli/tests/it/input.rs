@@ -22,6 +22,48 @@ fn strands_without_widths_are_measured_and_rendered_with_a_suggested_width() {
     refused(folder.path(), &["groom", "info", "guides.tfx", "--width", "1e30"], &["the width", "[0, 2e9]"]);
 }
 
+/// A .hair file of three points with a thickness in its header.
+fn thick_hair() -> Vec<u8> {
+    let mut bytes = vec![0; 128];
+    bytes[..4].copy_from_slice(b"HAIR");
+    for (at, word) in [(4, 1u32), (8, 3), (12, 2), (16, 2), (20, 0.1f32.to_bits()), (24, 0.5f32.to_bits())] {
+        bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    }
+    bytes.extend((0..9u16).flat_map(|i| f32::from(i).to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn the_width_in_the_header_of_a_hair_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("thick.hair"), thick_hair()).unwrap();
+    let info = |more: &[&str]| {
+        let output = vellus(folder.path(), &[&["groom", "info", "thick.hair"], more].concat());
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (text, said) = info(&[]);
+    for part in [
+        "0.100000 to 0.100000 (default of the file)",
+        "(-0.0500000, 0.950000, 1.95000) to (6.05000, 7.05000, 8.05000)",
+        "transparency 0.5, default colour 0 0 0",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(said.contains("thick.hair: the width is 0.1, the default of the file (--width replaces it)"), "{said}");
+    assert!(said.contains("warning: thick.hair: transparency is not supported"), "{said}");
+    let said = run(folder.path(), &["render", "thick.hair", "-o", "a.png", "--size", "9x6", "--spp", "1"]);
+    assert!(said.contains("the width is 0.1, the default of the file"), "{said}");
+    let (text, said) = info(&["--width", "0.5"]);
+    assert!(text.contains("0.500000 to 0.500000\n") && !said.contains("the width is"), "{text}{said}");
+}
+
+#[test]
+fn what_a_hair_file_cannot_hold_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = run(folder.path(), &["groom", "convert", "hair-lock", "--small", "-o", "lock.hair"]);
+    assert!(said.contains("warning: lock.hair does not have the fibre hair, "), "{said}");
+}
+
 /// Devices have no end.
 #[cfg(unix)]
 #[test]

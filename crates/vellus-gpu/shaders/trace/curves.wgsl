@@ -1,4 +1,5 @@
-// Segments of strands: the surface of a disk that is swept along a cubic, or the hull of two balls.
+// Segments of strands: the surface of a disk that is swept along a cubic, or the hull of two balls. A ball closes each
+// end of a strand of cubics.
 
 // A segment as a cubic Bezier curve of x, y, z and radius.
 struct Segment {
@@ -77,12 +78,37 @@ fn segment_tangent(s: Segment, u: f32) -> vec3<f32> {
     return normalize_or(slope.xyz, normalize_or((s.d - s.a).xyz, vec3<f32>(1.0, 0.0, 0.0)));
 }
 
-// Distance along the ray and parameter of the first entry. The distance is negative if there is none.
-fn enter_segment(s: Segment, ray: Ray) -> vec2<f32> {
+// Distance along the ray and parameter of the first entry. The distance is negative if there is none. `margins` are
+// those of its chord: a bit after each tells whether an end has a cap.
+fn enter_segment(s: Segment, margins: u32, ray: Ray) -> vec2<f32> {
     if s.linear {
         return enter_cone(s, ray);
     }
-    return enter_swept(s, ray);
+    var best = enter_swept(s, ray);
+    if (margins & 0x10000u) != 0u {
+        best = nearer(best, enter_ball(s.a, ray), 0.0);
+    }
+    if (margins & 1u) != 0u {
+        best = nearer(best, enter_ball(s.d, ray), 1.0);
+    }
+    return best;
+}
+
+fn nearer(best: vec2<f32>, t: f32, u: f32) -> vec2<f32> {
+    if t > 0.0 && (best.x < 0.0 || t < best.x) {
+        return vec2<f32>(t, u);
+    }
+    return best;
+}
+
+// Distance to the entry into a ball, or a negative number.
+fn enter_ball(ball: vec4<f32>, ray: Ray) -> f32 {
+    let origin = ray.origin - ball.xyz;
+    let half = dot(origin, ray.direction);
+    let beside = origin - half * ray.direction;
+    let room = ball.w * ball.w - dot(beside, beside);
+    let t = -half - sqrt(max(room, 0.0));
+    return select(-1.0, t, room >= 0.0 && t < ray.t_max);
 }
 
 // The hull of two balls: the cone that touches both, or one of the balls.

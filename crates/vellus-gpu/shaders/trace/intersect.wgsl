@@ -112,7 +112,8 @@ fn hit_segments(leaf: u32, basis: Basis, any: bool, ray: ptr<function, Ray>, hit
         let lane = firstTrailingBit(mask);
         mask &= mask - 1u;
         let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
-        let entry = enter_segment(segment_of(point), *ray);
+        let margins = chord_row(leaf * 16u + 12u + lane / 4u)[lane & 3u];
+        let entry = enter_segment(segment_of(point), margins, *ray);
         if entry.x > 0.0 {
             (*hit).t = entry.x;
             (*hit).kind = 1u;

@@ -1,6 +1,6 @@
 // How meshes scatter: a diffuse base under a rough dielectric coat (GGX), or rough metal. Textures.
 
-// The index of a pixel of an infinite row, or -1 for black.
+// The index of a pixel of an infinite row, or -1 for black. From 4 on, `wrap` is 3 more than the number of tiles.
 fn wrapped(i: i32, count: i32, wrap: u32) -> i32 {
     switch wrap {
         case 0u: {
@@ -13,8 +13,11 @@ fn wrapped(i: i32, count: i32, wrap: u32) -> i32 {
             let k = ((i % (2 * count)) + 2 * count) % (2 * count);
             return min(k, 2 * count - 1 - k);
         }
-        default: {
+        case 3u: {
             return select(-1, i, i >= 0 && i < count);
+        }
+        default: {
+            return clamp(i, 0, count - 1);
         }
     }
 }
@@ -34,9 +37,17 @@ fn near_image(x: f32, wrap: u32) -> f32 {
     }
 }
 
+// The position among `count` pixels of an image of tiles, in pixels from the centre of the first. It is between the
+// centres of the pixels of one tile.
+fn in_tile(x: f32, tiles: u32, count: u32) -> f32 {
+    let tile = clamp(floor(x), 0.0, f32(tiles - 1u));
+    let size = f32(count / tiles);
+    return tile * size + clamp((x - tile) * size - 0.5, 0.0, size - 1.0);
+}
+
 fn texel(image: vec4<u32>, column: i32, row: i32) -> vec3<f32> {
-    let x = wrapped(column, i32(image.x), image.w % 4u);
-    let y = wrapped(row, i32(image.y), image.w / 4u);
+    let x = wrapped(column, i32(image.x), image.w & 0xffffu);
+    let y = wrapped(row, i32(image.y), image.w >> 16u);
     if x < 0 || y < 0 {
         return vec3<f32>(0.0);
     }
@@ -46,8 +57,14 @@ fn texel(image: vec4<u32>, column: i32, row: i32) -> vec3<f32> {
 // A texture with bilinear interpolation. `row` has its size, first pixel and continuation.
 fn texture_at(row: u32, uv: vec2<f32>) -> vec3<f32> {
     let image = data_row(row);
-    let x = near_image(uv.x, image.w % 4u) * f32(image.x) - 0.5;
-    let y = (1.0 - near_image(uv.y, image.w / 4u)) * f32(image.y) - 0.5;
+    let across = image.w & 0xffffu;
+    let down = image.w >> 16u;
+    var x = near_image(uv.x, across) * f32(image.x) - 0.5;
+    var y = (1.0 - near_image(uv.y, down)) * f32(image.y) - 0.5;
+    if across > 3u {
+        x = in_tile(uv.x, across - 3u, image.x);
+        y = f32(image.y) - 1.0 - in_tile(uv.y, down - 3u, image.y);
+    }
     let x0 = floor(x);
     let y0 = floor(y);
     let s = x - x0;

@@ -3,7 +3,7 @@
 use glam::Vec4;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use vellus_groom::{Error, read_hair, read_tfx, write_hair};
+use vellus_groom::{Error, HairHeader, hair_header, read_hair, read_tfx, write_hair};
 use vellus_scene::{Basis, Parameter, Strands, Values};
 use vellus_testing::{small_tfx, tfx};
 
@@ -36,6 +36,8 @@ fn hair_files_are_read_as_written() {
 #[test]
 fn widths_come_from_the_caller_or_the_default_of_a_hair_file() {
     let mut bytes = write_hair(&strands()).unwrap();
+    let without_defaults = HairHeader { transparency: Some(0.0), ..HairHeader::default() };
+    assert_eq!(hair_header(&bytes, "test.hair").unwrap(), without_defaults);
     // Segments and points only.
     bytes[12] = 3;
     bytes.truncate(128 + 2 * 3 + 12 * 11);
@@ -45,6 +47,8 @@ fn widths_come_from_the_caller_or_the_default_of_a_hair_file() {
     assert_eq!(read_hair(&bytes, "test.hair", Some(0.5)).unwrap().points[3].w, 0.25);
     bytes[20..24].copy_from_slice(&3f32.to_le_bytes());
     assert_eq!(read_hair(&bytes, "test.hair", None).unwrap().points[3].w, 1.5);
+    let header = HairHeader { thickness: Some(3.0), transparency: Some(0.0), color: Some([0.5; 3]) };
+    assert_eq!(hair_header(&bytes, "test.hair").unwrap(), header);
     // A width of 0 is for strands that are only measured.
     assert_eq!(read_hair(&bytes, "test.hair", Some(0.0)).unwrap().points[3].w, 0.0);
     for width in [-1.0, f32::NAN, f32::INFINITY, 1e30] {

@@ -10,7 +10,6 @@ use crate::{Error, Opened, Warning, open_mesh, read};
 use glam::Vec3;
 use std::path::Path;
 use studio::Studio;
-use vellus_io::Sources;
 use vellus_scene::{Scene, Tint, View};
 
 /// Meshes that are so many times larger than the strands are a set, which has its own ground.
@@ -65,7 +64,9 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
         scene.links.clear();
         studio.light(scene, light);
         if let Lighting::Image(path) = light {
-            let image = load(path, "light", &mut opened.sources, &mut opened.warnings)?;
+            read(path, "light", &mut opened.sources)?;
+            let (image, warnings) = vellus_usd::load_sky(path)?;
+            opened.warnings.extend(warnings.into_iter().map(Warning::Usd));
             studio.image(&mut opened.scene, image);
         } else if staging.background.is_none() {
             scene.background = Some(Tint { color: GREY, texture: None });
@@ -79,7 +80,9 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
         Some(Backdrop::Color(color)) => opened.scene.background = Some(Tint { color: *color, texture: None }),
         Some(Backdrop::Transparent) => opened.scene.background = Some(Tint { color: [0.0; 3], texture: None }),
         Some(Backdrop::Image(path)) => {
-            let image = load(path, "background", &mut opened.sources, &mut opened.warnings)?;
+            read(path, "background", &mut opened.sources)?;
+            let (image, warning) = vellus_usd::load_texture(path)?;
+            opened.warnings.extend(warning.map(Warning::Usd));
             let texture = Some(opened.scene.textures.len());
             opened.scene.textures.push(image);
             opened.scene.background = Some(Tint { color: [1.0; 3], texture });
@@ -152,17 +155,4 @@ fn has_set(scene: &Scene) -> bool {
     };
     let depth = if scene.up() == Vec3::Z { size.y } else { size.z };
     size.x.min(depth) > SET * (high - low).length()
-}
-
-/// Reads an image, and adds it to the sources by `name`.
-fn load(
-    path: &Path,
-    name: &str,
-    sources: &mut Sources,
-    warnings: &mut Vec<Warning>,
-) -> Result<vellus_scene::Texture, Error> {
-    read(path, name, sources)?;
-    let (image, warning) = vellus_usd::load_texture(path)?;
-    warnings.extend(warning.map(Warning::Usd));
-    Ok(image)
 }

@@ -150,7 +150,7 @@ impl Scene {
         let opened = crate::threads::run(py, |_| vellus_open::open(&path, &options))?.map_err(|e| with_causes(&e))?;
         let names = opened.scene.light_groups.iter().cloned().map(Some);
         let groups = names.chain(std::iter::repeat(None)).take(opened.scene.lights.len()).collect();
-        let warnings = opened.warnings.iter().map(ToString::to_string).chain(opened.staged).collect();
+        let warnings = opened.warnings.iter().map(ToString::to_string).chain(opened.notes()).collect();
         let is_metered = opened.is_metered;
         Ok(Scene(Mutex::new(State {
             scene: opened.scene,

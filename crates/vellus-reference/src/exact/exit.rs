@@ -284,7 +284,8 @@ impl ExactExit {
             let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
             let kept = ln_kept(&rows, medulla);
             let absorption = Absorption::new(&states, polynomial(kept), tau, g, medulla);
-            let [value, at_once] = leaving(&states, tau * (1.0 - g).powf(0.7), f64::from(fiber.sigma_ca[channel]), &absorption);
+            let [value, at_once] =
+                leaving(&states, tau * (1.0 - g).powf(0.7), f64::from(fiber.sigma_ca[channel]), &absorption);
             // The probability of each state, times the factor √k of absorption.
             let mean = |value: &[f64; STATES]| -> [f64; ENTRIES] {
                 std::array::from_fn(|entry| {

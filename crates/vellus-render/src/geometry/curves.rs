@@ -20,7 +20,7 @@ pub(crate) type Ends = [[f32x8; 3]; 2];
 struct Block {
     /// When the shutter opens.
     ends: Ends,
-    /// Two margins of each chord ([`pack`]).
+    /// Two margins of each chord, and whether its ends have caps ([`pack`]).
     margins: u32x8,
     /// The first control point of each segment, counted over all strands of the scene.
     first: [u32; WIDTH],
@@ -28,8 +28,8 @@ struct Block {
 
 /// Strands of hair and fur with a hierarchy over their segments. It finds where rays enter them.
 ///
-/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius. Segments of the linear basis
-/// are round cones with balls at their ends.
+/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius, with a ball at both ends of a
+/// strand. Segments of the linear basis are round cones with balls at their ends.
 #[derive(Clone, Debug)]
 pub struct Curves {
     strands: Vec<Strands>,
@@ -45,16 +45,20 @@ pub struct Curves {
 /// The largest error of an entry, from Newton's method and rounding, in radii.
 const ROUNDING: f32 = 0.01;
 
-/// Packs two margins of a chord into one number, each rounded up to 16 bits.
+/// Packs two margins of a chord into one number, each rounded up to 15 bits, and after each of them whether an end of
+/// the segment has a cap. A margin may be read with that bit, which only makes it larger.
 ///
 /// The first margin is the reach: the radius plus the deviation. The second margin is how far behind the ray's origin
 /// the chord may be if the ray enters the segment ahead of its origin. A ray enters a surface against its normal, so
 /// the axis is further along the ray than the entry. A taper inclines the normal, so the axis may be nearer by the
 /// radius times the taper. The distance between chord and axis is at most the deviation.
-fn pack(reach: f32, before: f32) -> u32 {
-    let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
-    upper(reach) << 16 | upper(before)
+fn pack(reach: f32, before: f32, caps: [bool; 2]) -> u32 {
+    let upper = |x: f32, cap: bool| (x.to_bits() + 0x1_ffff) >> 17 << 1 | u32::from(cap);
+    upper(reach, caps[0]) << 16 | upper(before, caps[1])
 }
+
+/// The bits of [`pack`] for the caps at the start and at the end.
+const CAPS: [u32; 2] = [1 << 16, 1];
 
 /// Where a ray enters a strand.
 #[derive(Clone, Copy, Debug)]
@@ -140,16 +144,33 @@ impl Curves {
                 return 0;
             }
             let open = self.segment(first, 0.0).1;
-            let radius = open.largest_radius();
+            let (radius, caps) = (open.largest_radius(), self.caps(first, &open));
             if moves {
                 // The tapers at opening and closing do not bound the taper between these times.
                 let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
-                return pack(reach, reach);
+                return pack(reach, reach, caps);
             }
             let stray = open.deviation();
-            pack(radius + stray, radius * (open.taper() + ROUNDING).min(1.0) + stray)
+            pack(radius + stray, radius * (open.taper() + ROUNDING).min(1.0) + stray, caps)
         });
         Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
+    }
+
+    /// Which ends of a segment close its strand with a ball. Linear segments have their own, and points need none.
+    fn caps(&self, first: u32, segment: &Segment) -> [bool; 2] {
+        let (set, points) = self.points(first);
+        let starts = &self.strands[set].starts;
+        let point = first - self.offsets[set];
+        let strand = strand_of(starts, point);
+        let is_end = [point == starts[strand], point + points.len() as u32 == starts[strand + 1]];
+        let radii = [segment.points[0].w, segment.points[3].w];
+        [0, 1].map(|end| !segment.linear && is_end[end] && radii[end] > 0.0)
+    }
+
+    /// Where a ray enters a segment, or the cap at its end. `margins` are those of its chord.
+    #[inline]
+    fn enter(&self, first: u32, margins: u32, ray: &Ray) -> Option<Entry> {
+        self.segment(first, ray.time).1.intersect_capped(ray, CAPS.map(|bit| margins & bit != 0))
     }
 
     /// The set and the segment that start at a control point.
@@ -214,8 +235,8 @@ impl Curves {
     /// The nearest point at which a ray enters a strand from outside.
     pub fn intersect(&self, ray: &Ray) -> Option<CurveHit> {
         let mut best: Option<(u32, Entry)> = None;
-        let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
-            if let Some(entry) = self.segment(first, ray.time).1.intersect(ray) {
+        let enter = |first: u32, margins: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
+            if let Some(entry) = self.enter(first, margins, ray) {
                 ray.t_max = entry.t;
                 *best = Some((first, entry));
             }
@@ -230,11 +251,11 @@ impl Curves {
             |leaf, t_max| {
                 ray.t_max = t_max;
                 let came = self.near(leaf, &frame, t_max);
-                std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
+                std::mem::replace(&mut waiting, came).all(|first, margins| enter(first, margins, &mut ray, &mut best));
                 ray.t_max
             },
         );
-        waiting.all(|first| enter(first, &mut ray, &mut best));
+        waiting.all(|first, margins| enter(first, margins, &mut ray, &mut best));
         best.map(|(first, entry)| {
             let (set, segment) = self.segment(first, ray.time);
             let point = first - self.offsets[set];
@@ -265,10 +286,7 @@ impl Curves {
         let frame = RayFrame::new(ray);
         let mut waiting = Waiting::default();
         let clear = |waiting: Waiting<'_>| {
-            waiting.all(|first| {
-                let (set, segment) = self.segment(first, ray.time);
-                !casts(set) || segment.intersect(ray).is_none()
-            })
+            waiting.all(|first, margins| !casts(self.points(first).0) || self.enter(first, margins, ray).is_none())
         };
         let mut found = false;
         self.bvh.traverse(
@@ -291,8 +309,8 @@ impl Curves {
             Some(closed) => block.near(frame, t_max, &between(&block.ends, closed, frame.time)),
             None => block.near(frame, t_max, &block.ends),
         };
-        let waiting = Waiting { first: &block.first, mask };
-        waiting.all(|first| {
+        let waiting = Waiting { first: &block.first, margins: block.margins.as_array(), mask };
+        waiting.all(|first, _| {
             let (_, points) = self.points(first);
             memory::fetch(&points[0]);
             memory::fetch(&points[points.len() - 1]);
@@ -326,16 +344,18 @@ fn strand_of(starts: &[u32], point: u32) -> usize {
 #[derive(Clone, Copy, Default)]
 struct Waiting<'a> {
     first: &'a [u32],
+    margins: &'a [u32],
     mask: u32,
 }
 
 impl Waiting<'_> {
     /// Visits the segments until `visit` returns false. Returns whether it visited all.
     #[inline(always)]
-    fn all(self, mut visit: impl FnMut(u32) -> bool) -> bool {
+    fn all(self, mut visit: impl FnMut(u32, u32) -> bool) -> bool {
         let mut mask = self.mask;
         while mask != 0 {
-            if !visit(self.first[mask.trailing_zeros() as usize]) {
+            let lane = mask.trailing_zeros() as usize;
+            if !visit(self.first[lane], self.margins[lane]) {
                 return false;
             }
             mask &= mask - 1;
@@ -459,8 +479,11 @@ mod tests {
             let step = if set.basis == Basis::Bezier { 3 } else { 1 };
             let count = if set.basis == Basis::Linear { 2 } else { 4 };
             for p in (0..set.len()).map(|s| set.strand(s)) {
-                for k in 0..set.basis.segments(p.len()).unwrap() {
-                    if let Some(entry) = Segment::new(set.basis, &p[step * k..step * k + count]).intersect(&ray) {
+                let segments = set.basis.segments(p.len()).unwrap();
+                for k in 0..segments {
+                    let segment = Segment::new(set.basis, &p[step * k..step * k + count]);
+                    let caps = [k == 0, k + 1 == segments].map(|is_end| is_end && !segment.linear);
+                    if let Some(entry) = segment.intersect_capped(&ray, caps) {
                         (ray.t_max, first) = (entry.t, Some(entry.t));
                     }
                 }

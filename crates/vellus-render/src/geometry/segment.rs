@@ -1,8 +1,8 @@
 //! One segment of a strand, and its intersection with a ray.
 //!
 //! A curved segment is the surface of a disk that is swept along the curve. The disk is perpendicular to the tangent
-//! and has the curve's radius. A linear segment is the convex hull of the balls at both ends, so neighbours join
-//! without a gap.
+//! and has the curve's radius. At the ends of a strand, a ball closes it. A linear segment is the convex hull of the
+//! balls at both ends, so neighbours join without a gap.
 
 use crate::geometry::bvh::Bounds;
 use crate::geometry::ray::Ray;
@@ -144,6 +144,30 @@ impl Segment {
         if self.linear { self.enter_cone(ray) } else { swept::enter(&self.points, ray) }
     }
 
+    /// The same as [`Segment::intersect`], and the balls at the ends of a strand. `caps` are the ends of this segment
+    /// that have one.
+    #[inline]
+    pub fn intersect_capped(&self, ray: &Ray, caps: [bool; 2]) -> Option<Entry> {
+        let entry = self.intersect(ray);
+        if caps == [false; 2] { entry } else { self.enter_caps(ray, caps, entry) }
+    }
+
+    #[cold]
+    fn enter_caps(&self, ray: &Ray, caps: [bool; 2], entry: Option<Entry>) -> Option<Entry> {
+        let mut best = entry;
+        for (cap, u, ball) in [(caps[0], 0.0, self.points[0]), (caps[1], 1.0, self.points[3])] {
+            let from = ray.origin - ball.xyz();
+            let half = from.dot(ray.direction);
+            // From the point of the ray nearest to the centre, where distances keep their digits.
+            let room = ball.w * ball.w - (from - half * ray.direction).length_squared();
+            let t = -half - room.max(0.0).sqrt();
+            if cap && room >= 0.0 && t > 0.0 && t < ray.t_max && best.is_none_or(|best| t < best.t) {
+                best = Some(Entry { t, u });
+            }
+        }
+        best
+    }
+
     /// Intersects the hull of two balls: the cone that touches both, or one of the balls.
     fn enter_cone(&self, ray: &Ray) -> Option<Entry> {
         let (a, b) = (self.points[0], self.points[3]);
@@ -263,6 +287,31 @@ mod tests {
             println!("linear {linear} bend {bend}: {both} hits, {wrong} differ");
             assert!(both > 200 && wrong * 40 < both, "linear {linear} bend {bend}: {wrong} of {both}");
         }
+    }
+
+    /// Rays along a straight strand hit a disc of its radius, and rays at an angle the ball.
+    #[test]
+    fn a_cap_is_seen_end_on() {
+        let point = |x: f32| Vec4::new(x, 0.0, 0.0, 0.1);
+        let segment = Segment::new(Basis::Bezier, &[point(0.0), point(1.0), point(2.0), point(3.0)]);
+        for i in 0..100 {
+            let beside = 0.2 * noise(i, 1);
+            let (sin, cos) = (6.3 * noise(i, 2)).sin_cos();
+            let from_tip = Ray::new(Vec3::new(5.0, beside * cos, beside * sin), -Vec3::X);
+            assert_eq!(segment.intersect_capped(&from_tip, [false; 2]), None);
+            let entry = segment.intersect_capped(&from_tip, [false, true]);
+            assert_eq!(entry.map(|entry| entry.u), (beside <= 0.1).then_some(1.0), "{beside}");
+            if let Some(Entry { t, .. }) = entry {
+                assert!((t - (2.0 - (0.01 - beside * beside).sqrt())).abs() < 1e-5, "{t}");
+            }
+            let from_root =
+                Ray { origin: Vec3::new(-4.0, beside * cos, beside * sin), ..Ray::new(Vec3::ZERO, Vec3::X) };
+            let entry = segment.intersect_capped(&from_root, [true, false]);
+            assert_eq!(entry.map(|entry| entry.u), (beside <= 0.1).then_some(0.0), "{beside}");
+        }
+        // From the side, the wall is hit as before.
+        let side = Ray::new(Vec3::new(1.5, 0.0, 2.0), -Vec3::Z);
+        assert_eq!(segment.intersect_capped(&side, [true; 2]), segment.intersect(&side));
     }
 
     #[test]

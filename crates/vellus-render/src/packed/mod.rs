@@ -161,9 +161,10 @@ impl World {
                 Wrap::Clamp => 1,
                 Wrap::Mirror => 2,
                 Wrap::Black => 3,
+                Wrap::Tiles(count) => 3 + u32::from(count),
             });
             let first = packed.data.len() as u32;
-            packed.data[begin + k] = [texture.width as u32, texture.height as u32, first, wrap[0] + 4 * wrap[1]];
+            packed.data[begin + k] = [texture.width as u32, texture.height as u32, first, wrap[0] | wrap[1] << 16];
             packed.data.extend(texture.pixels.iter().map(|&pixel| rgb(pixel, 0.0).map(f32::to_bits)));
         }
         begin as u32

@@ -1,15 +1,24 @@
-//! Reads images: PNG, Radiance HDR and OpenEXR. The first bytes determine the format.
+//! Reads images: PNG, JPEG, TIFF, Radiance HDR and OpenEXR. The first bytes determine the format.
 
+mod exr;
+mod jpeg;
 mod pixels;
+mod png;
+mod probe;
 mod rgbe;
+mod samples;
+mod tiff;
+mod tiles;
+
+pub(crate) use exr::encode as encode_exr;
+pub(crate) use probe::Probe;
+pub(crate) use tiles::{TILES, UDIM, join, shrink, split, tile_name};
 
 use crate::color::ColorSpace;
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use crate::warning::Warning;
-use glam::DVec3;
-use pixels::{Pixels, checked_size};
-use std::io::Cursor;
+use pixels::Pixels;
 use std::path::Path;
 use vellus_scene::{Texture, Wrap};
 
@@ -92,6 +101,25 @@ pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Space(ColorSpace::LINEAR))
 }
 
+/// Reads the image of a sky, in lat-long. Otherwise the same as [`load_texture`]; a warning says if the image has
+/// another shape.
+///
+/// # Errors
+/// As [`load_texture`].
+pub fn load_sky(file: &Path) -> Result<(Texture, Vec<Warning>), Error> {
+    let (texture, warning) = load_texture(file)?;
+    let shape = not_latlong(&texture).map(|what| Warning { prims: vec![file.display().to_string()], what });
+    let warnings = warning.into_iter().chain(shape).collect();
+    Ok((texture, warnings))
+}
+
+/// What to say of the image of a sky that cannot be lat-long.
+pub(crate) fn not_latlong(image: &Texture) -> Option<String> {
+    let Texture { name, width, height, .. } = image;
+    let what = "a lat-long image is twice as wide as high, so it is stretched";
+    (!image.is_latlong()).then(|| format!("the image {name} of a sky has {width} × {height} pixels: {what}"))
+}
+
 fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
     let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::read(file, error))?;
     let Image { texture, warning } = decode(file, &bytes, encoding)?;
@@ -111,11 +139,19 @@ pub(crate) struct Image {
 
 /// Decodes the bytes of a file, which may be inside a package.
 pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
+    let mut damage = None;
     let Pixels { width, height, rgb: mut pixels } = match bytes {
-        [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
+        [0x89, b'P', b'N', b'G', ..] => png::decode(bytes).map(|samples| samples.pixels(encoding)),
+        [0xff, 0xd8, 0xff, ..] => guarded(|| jpeg::decode(bytes)).map(|(samples, what)| {
+            damage = what;
+            samples.pixels(encoding)
+        }),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
+            guarded(|| tiff::decode(bytes)).map(|samples| samples.pixels(encoding))
+        }
         [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding)),
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes).map(|pixels| converted(pixels, encoding)),
-        _ => Err("it is no PNG, Radiance HDR or OpenEXR image".into()),
+        [0x76, 0x2f, 0x31, 0x01, ..] => guarded(|| exr::decode(bytes)).map(|pixels| converted(pixels, encoding)),
+        _ => Err("it is no PNG, JPEG, TIFF, Radiance HDR or OpenEXR image".into()),
     }
     .map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
@@ -126,11 +162,16 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
             *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
         }
     }
-    let warning =
-        (negative > 0).then(|| format!("the image {name} has {negative} pixels with negative values: these become 0"));
+    let negative = (negative > 0).then(|| format!("has {negative} pixels with negative values: these become 0"));
+    let warning = damage.or(negative).map(|what| format!("the image {name} {what}"));
     let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
     texture.validate().map_err(|error| Error::file(file, error))?;
     Ok(Image { texture, warning })
+}
+
+/// The result of a decoder that may panic.
+fn guarded<T>(decode: impl FnOnce() -> Result<T, Invalid>) -> Result<T, Invalid> {
+    catch(decode).unwrap_or(Err("broken image: it cannot be decoded".into()))
 }
 
 /// Pixels in linear Rec. 709.
@@ -144,87 +185,25 @@ fn converted(mut pixels: Pixels, encoding: Encoding) -> Pixels {
     pixels
 }
 
-fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
-    let broken = |error: png::DecodingError| format!("broken PNG: {error}");
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(broken)?;
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    let pixels = checked_size(width, height)?;
-    let (color, depth) = reader.output_color_type();
-    let says_srgb = reader.info().srgb.is_some();
-    let mut data = vec![0; reader.output_buffer_size().ok_or("broken PNG: too large")?];
-    reader.next_frame(&mut data).map_err(broken)?;
-
-    let channels = color.samples();
-    let auto = if says_srgb || (depth == png::BitDepth::Eight && channels >= 3) {
-        ColorSpace::SRGB
-    } else {
-        ColorSpace::LINEAR
-    };
-    let space = if let Encoding::Space(space) = encoding { space } else { auto };
-    let rgb = |v: [f32; 3]| if channels >= 3 { v } else { [v[0]; 3] };
-    let bytes = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
-    let most = (1 << (8 * bytes)) - 1;
-    let table: Vec<f32> = (0..=most).map(|i| space.decode(f64::from(i) / f64::from(most)) as f32).collect();
-    let channel = |pixel: &[u8], c: usize| match *pixel.get(bytes * c..bytes * (c + 1)).unwrap_or_default() {
-        [x] => table[usize::from(x)],
-        [high, low] => table[usize::from(u16::from_be_bytes([high, low]))],
-        _ => 0.0,
-    };
-    let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
-    let mut pixels: Vec<[f32; 3]> = data.chunks_exact(bytes * channels).take(pixels).map(pixel).collect();
-    if let Some(matrix) = space.to_rec709() {
-        pixels.iter_mut().for_each(|pixel| *pixel = (matrix * DVec3::from(pixel.map(f64::from))).as_vec3().into());
-    }
-    Ok(Pixels { width, height, rgb: pixels })
-}
-
-/// The colour of the first layer.
-fn exr_pixels(bytes: &[u8]) -> Result<Pixels, Invalid> {
-    use exr::prelude::{ReadChannels, ReadLayers};
-    let read = || {
-        let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-        for header in &meta.headers {
-            checked_size(header.layer_size.width(), header.layer_size.height())?;
-        }
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .rgb_channels(
-                |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
-                |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
-                    pixels[at.y() * *width + at.x()] = [r, g, b];
-                },
-            )
-            .first_valid_layer()
-            .all_attributes()
-            .non_parallel()
-            .from_buffered(Cursor::new(bytes))
-            .map_err(|error| format!("{error} (a layer with channels R, G, B is needed)"))?;
-        let (width, pixels) = image.layer_data.channel_data.pixels;
-        Ok(Pixels { width, height: pixels.len() / width.max(1), rgb: pixels })
-    };
-    let result: Result<Pixels, Invalid> = catch(read).unwrap_or(Err("it cannot be decoded".into()));
-    result.map_err(|error| format!("broken OpenEXR image: {error}").into())
-}
-
-/// Encodes a texture as OpenEXR with 32-bit floats, without loss.
-pub(crate) fn encode_exr(texture: &Texture) -> Result<Vec<u8>, Invalid> {
-    use exr::prelude::{Image, SpecificChannels, WritableImage};
-    let pixel = |at: exr::math::Vec2<usize>| {
-        let [r, g, b] = texture.pixels[at.y() * texture.width + at.x()];
-        (r, g, b)
-    };
-    let mut bytes = Cursor::new(Vec::new());
-    let image = Image::from_channels((texture.width, texture.height), SpecificChannels::rgb(pixel));
-    image.write().non_parallel().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
-    Ok(bytes.into_inner())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    // The crate, not the module beside this one.
+    use ::png;
+
+    /// Files of `tests/data/images/make_images.py`.
+    pub(super) const GREY_JPEG: &[u8] = include_bytes!("../../tests/data/images/grey.jpg");
+    const JPEG: &[u8] = include_bytes!("../../tests/data/images/baseline.jpg");
+    const PROGRESSIVE: &[u8] = include_bytes!("../../tests/data/images/progressive.jpg");
+
+    fn tiff<C: ::tiff::encoder::colortype::ColorType>(samples: &[C::Inner]) -> Vec<u8>
+    where
+        [C::Inner]: ::tiff::encoder::TiffValue,
+    {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        ::tiff::encoder::TiffEncoder::new(&mut bytes).unwrap().write_image::<C>(2, 1, samples).unwrap();
+        bytes.into_inner()
+    }
 
     fn png(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -247,6 +226,50 @@ mod tests {
         assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
         let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
         assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+    }
+
+    /// Brown and blue, quantised: a channel is within 2 of the value that was encoded.
+    #[test]
+    fn jpeg_is_srgb_if_it_has_a_colour() {
+        for bytes in [JPEG, PROGRESSIVE] {
+            let Image { texture, warning } = decode(Path::new("a.jpg"), bytes, Encoding::Auto).unwrap();
+            assert_eq!((texture.width, texture.height, warning), (16, 8, None));
+            for (x, color) in [(3, [200.0, 100.0, 50.0]), (12, [20.0, 40.0, 220.0])] {
+                for c in 0..3 {
+                    let [low, high] = [-2.0, 2.0].map(|d| ColorSpace::SRGB.decode((color[c] + d) / 255.0) as f32);
+                    assert!((low..=high).contains(&texture.pixels[3 * 16 + x][c]), "{x} {c}: {texture:?}");
+                }
+            }
+        }
+        let grey = decode(Path::new("a.jpg"), GREY_JPEG, Encoding::Auto).unwrap().texture;
+        assert_eq!((grey.width, grey.height, &grey.pixels[..]), (8, 8, &[[0.2; 3]; 64][..]));
+    }
+
+    #[test]
+    fn a_damaged_jpeg_is_shown_with_a_warning() {
+        let Image { texture, warning } = decode(Path::new("a.jpg"), &JPEG[..JPEG.len() - 8], Encoding::Auto).unwrap();
+        assert_eq!((texture.width, texture.height), (16, 8));
+        let warning = warning.unwrap();
+        assert!(warning.starts_with("the image a.jpg is damaged, and parts of it are grey: "), "{warning}");
+    }
+
+    #[test]
+    fn tiff_has_grey_or_colour_in_whole_numbers_or_floats() {
+        use ::tiff::encoder::colortype as kind;
+        let read = |bytes: &[u8]| decode(Path::new("a.tif"), bytes, Encoding::Auto).unwrap().texture.pixels;
+        assert_eq!(read(&tiff::<kind::Gray8>(&[51, 102])), [[0.2; 3], [0.4; 3]]);
+        assert_eq!(read(&tiff::<kind::Gray16>(&[0, 13107])), [[0.0; 3], [0.2; 3]]);
+        assert_eq!(read(&tiff::<kind::Gray32>(&[0, u32::MAX])), [[0.0; 3], [1.0; 3]]);
+        assert_eq!(read(&tiff::<kind::Gray32Float>(&[0.25, 7.5])), [[0.25; 3], [7.5; 3]]);
+        let eight = read(&tiff::<kind::RGBA8>(&[0, 128, 255, 9, 255, 0, 0, 9]));
+        assert!((eight[0][1] - 0.215_860_5).abs() < 1e-6 && eight[1] == [1.0, 0.0, 0.0], "{eight:?}");
+        assert_eq!(read(&tiff::<kind::RGB16>(&[0, 13107, 65535, 65535, 0, 0])), [[0.0, 0.2, 1.0], [1.0, 0.0, 0.0]]);
+        let floats = [0.0, 1e-30, 3e38, 0.1, 0.2, 0.3];
+        assert_eq!(read(&tiff::<kind::RGB32Float>(&floats)), [[0.0, 1e-30, 3e38], [0.1, 0.2, 0.3]]);
+        let negative = decode(Path::new("a.tif"), &tiff::<kind::Gray32Float>(&[-1.0, 1.0]), Encoding::Auto).unwrap();
+        assert_eq!((negative.texture.pixels[0], negative.warning.is_some()), ([0.0; 3], true));
+        let other = decode(Path::new("a.tif"), &tiff::<kind::CMYK8>(&[0; 8]), Encoding::Auto).unwrap_err().to_string();
+        assert!(other.contains("CMYK(8)") && other.contains("grey or RGB"), "{other}");
     }
 
     /// 0x8080 is 0.501961 of the largest number: ((0.501961 + 0.055) / 1.055)^2.4 = 0.215861.
@@ -344,13 +367,17 @@ mod tests {
             })
             .unwrap(),
             b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x02\x03\x80\x01\x02\x03\x80".to_vec(),
+            tiff::<::tiff::encoder::colortype::RGB16>(&[1, 2, 3, 4, 5, 6]),
+            JPEG.to_vec(),
+            PROGRESSIVE.to_vec(),
         ];
         for bytes in whole {
             assert!(decode(Path::new("x"), &bytes, Encoding::Auto).is_ok());
             for end in 0..bytes.len() - 1 {
-                // A chunk after the pixels may be missing; before, it is an error, never a panic.
+                // A chunk after the pixels may be missing; before, it is an error or a warning, never a panic.
                 let result = decode(Path::new("x"), &bytes[..end], Encoding::Auto);
-                assert!(result.is_err() || end + 20 > bytes.len(), "{end} of {}", bytes.len());
+                let is_whole = result.is_ok_and(|image| image.warning.is_none());
+                assert!(!is_whole || end + 20 > bytes.len(), "{end} of {}", bytes.len());
             }
             for at in 0..bytes.len() {
                 let mut garbled = bytes.clone();

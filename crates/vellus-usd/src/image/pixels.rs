@@ -3,7 +3,7 @@
 use crate::error::Invalid;
 
 /// The largest number of pixels. A pixel has 12 bytes, and decoding needs up to twice the memory of the pixels.
-const MAX_PIXELS: usize = 1 << 27;
+pub(super) const MAX_PIXELS: usize = 1 << 27;
 
 /// A decoded image.
 #[derive(Debug, PartialEq)]

@@ -106,19 +106,53 @@ impl<'a> Reader<'a> {
     /// Loads the texture that a prim refers to, without adding it to the scene.
     pub fn load_texture(&mut self, prim: &str, source: &TextureSource) -> Result<Texture, Error> {
         let TextureSource { file, encoding, channel, wrap } = source;
-        let bytes = self.stage.asset_bytes(file)?;
         // The part in brackets is the file inside the package.
         let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
-        let Image { texture, warning } = image::decode(&name, &bytes, *encoding)?;
-        self.images.image(&texture, bytes.len()).map_err(|what| Error::file(&name, what))?;
-        if let Some(what) = warning {
-            self.warnings.add(prim, what);
-        }
-        let mut texture = Texture { wrap: *wrap, ..texture };
+        let (mut texture, size) = if file.contains(image::UDIM) {
+            self.load_tiles(prim, file, *encoding)?
+        } else {
+            let (texture, size) = self.load_image(prim, file, *encoding)?;
+            (Texture { wrap: *wrap, ..texture }, size)
+        };
+        self.images.image(&texture, size).map_err(|what| Error::file(&name, what))?;
         if let Some(channel) = *channel {
             texture.pixels.iter_mut().for_each(|pixel| *pixel = [pixel[channel]; 3]);
         }
         Ok(texture)
+    }
+
+    /// Loads a file, and returns its size in bytes too.
+    fn load_image(&mut self, prim: &str, file: &str, encoding: Encoding) -> Result<(Texture, usize), Error> {
+        let bytes = self.stage.asset_bytes(file)?;
+        let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
+        let Image { texture, warning } = image::decode(&name, &bytes, encoding)?;
+        if let Some(what) = warning {
+            self.warnings.add(prim, what);
+        }
+        Ok((texture, bytes.len()))
+    }
+
+    /// Loads tiles as one image. Those that cannot be read are missing in it.
+    fn load_tiles(&mut self, prim: &str, file: &str, encoding: Encoding) -> Result<(Texture, usize), Error> {
+        let numbers = self.stage.tiles(file);
+        let (mut tiles, mut size, mut shrunk) = (Vec::new(), 0, false);
+        for &number in &numbers {
+            match self.load_image(prim, &image::tile_name(file, number), encoding) {
+                Ok((mut tile, bytes)) => {
+                    shrunk |= image::shrink(&mut tile, &numbers);
+                    size += bytes;
+                    tiles.push((number, tile));
+                }
+                Err(error) => self.complain(prim, format!("{error}: the tile is magenta"))?,
+            }
+        }
+        let name = file.trim_end_matches(']').rsplit(['/', '[']).next().unwrap_or_default();
+        if shrunk {
+            let what =
+                format!("the {} tiles {name} are too large for one image: they have a lower resolution", tiles.len());
+            self.warnings.add(prim, what);
+        }
+        Ok((image::join(name.to_owned(), tiles), size))
     }
 
     /// The name of a prim in later messages: `vellus:name` if it has one, otherwise its path.

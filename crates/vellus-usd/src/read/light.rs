@@ -1,6 +1,7 @@
 //! Reads lights (UsdLux).
 
 use crate::error::Error;
+use crate::image::{Probe, UDIM, not_latlong};
 use crate::read::color::space_name;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::link::Linked;
@@ -276,10 +277,43 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
     let Some(file) = file else { return Ok(None) };
     let encoding = reader.encoding(prim, "inputs:texture:file", true)?;
     let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2] };
+    if source.file.contains(UDIM) {
+        reader.warnings.add(prim, format!("the image of a light cannot have tiles ({UDIM}): it is left out"));
+        return Ok(None);
+    }
     let index = reader.texture(prim, source)?;
     let Reader { images, scene, .. } = reader;
     images.light(&scene.textures[index]).map_err(|what| Error::prim(prim, what))?;
     Ok(Some(index))
+}
+
+/// The lat-long image of a dome, which has the image `index`.
+fn sky(reader: &mut Reader, prim: &str, index: usize) -> Result<usize, Error> {
+    let mut format = reader.stage.words(prim, "inputs:texture:format")?.unwrap_or_default();
+    if format.is_empty() {
+        format = reader.stage.words(prim, "texture:format")?.unwrap_or_default();
+    }
+    let format = format.first().map_or("automatic", String::as_str);
+    let Reader { images, scene, warnings, .. } = reader;
+    let image = &scene.textures[index];
+    let probe = match format {
+        "angular" => Probe::Angular,
+        "mirroredBall" => Probe::MirroredBall,
+        "automatic" | "latlong" => {
+            not_latlong(image).into_iter().for_each(|what| warnings.add(prim, what));
+            return Ok(index);
+        }
+        _ => {
+            warnings.add(prim, format!("texture:format {format} is not supported: the image is read as lat-long"));
+            return Ok(index);
+        }
+    };
+    let image = probe.latlong(image);
+    images.image(&image, 0).map_err(|what| Error::prim(prim, what))?;
+    scene.textures.push(image);
+    let what = "USD does not say where a probe points: the middle of its image is where that of a lat-long image is";
+    warnings.add(prim, what);
+    Ok(scene.textures.len() - 1)
 }
 
 /// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is
@@ -287,10 +321,7 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
 fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light, Error> {
     let prim = place.path.as_str();
     let texture = light_texture(reader, prim)?;
-    let format = reader.stage.words(prim, "inputs:texture:format")?.unwrap_or_default();
-    if texture.is_some() && format.first().is_some_and(|f| !matches!(f.as_str(), "automatic" | "latlong")) {
-        reader.warnings.add(prim, "the image of a dome is read as lat-long, whatever its format is");
-    }
+    let texture = texture.map(|index| sky(reader, prim, index)).transpose()?;
     let pole = reader.stage.words(prim, "poleAxis")?.unwrap_or_default();
     let z_is_pole = place.type_name == "DomeLight_1"
         && match pole.first().map(String::as_str) {

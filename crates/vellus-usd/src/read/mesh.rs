@@ -12,7 +12,7 @@ use crate::read::surface::surface;
 use crate::read::xform::Place;
 use crate::stage::When;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
-use vellus_scene::Mesh;
+use vellus_scene::{Mesh, triangulate};
 
 /// A triangle: its face, and for each corner the index of the point and the index among the corners of all faces.
 struct Triangle {
@@ -71,13 +71,17 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     show(reader, place, left_handed, polygons)
 }
 
-/// Adds polygons to the scene as triangles. Polygons become triangle fans from their first corner, which is correct for
-/// convex polygons.
+/// Adds polygons to the scene as triangles, by [`triangulate`].
 pub(crate) fn show(reader: &mut Reader, place: &Place, left_handed: bool, polygons: Polygons) -> Result<(), Error> {
     let prim = place.path.as_str();
     // Left-handed orientation and a mirroring transform both reverse the order of corners.
     let flipped = left_handed != (place.to_world.determinant() < 0.0);
-    let triangles = triangles(&polygons, flipped);
+    let (triangles, crossed) = triangles(&polygons, flipped);
+    if crossed > 0 {
+        let faces = polygons.counts.len();
+        let what = format!("{crossed} of its {faces} faces cross themselves: they may be larger than they are");
+        reader.warnings.add(prim, what);
+    }
     let Polygons { open, close, normals, uv, .. } = polygons;
     // A constant uv has no effect. Neither has one normal for a whole face: triangles are flat anyway.
     let uv = uv.filter(|uv| uv.interpolation != Interpolation::Constant);
@@ -131,24 +135,29 @@ fn check(prim: &str, counts: &[i64], indices: &[i64], points: usize) -> Result<(
     Ok(())
 }
 
-fn triangles(polygons: &Polygons, flipped: bool) -> Vec<Triangle> {
-    let Polygons { counts, indices, holes, .. } = polygons;
+/// The triangles, and the number of faces that have none which cover them once.
+fn triangles(polygons: &Polygons, flipped: bool) -> (Vec<Triangle>, usize) {
+    let Polygons { counts, indices, holes, open, .. } = polygons;
     let holes: std::collections::HashSet<i64> = holes.iter().copied().collect();
     // A face has fewer triangles than corners.
     let mut triangles = Vec::with_capacity(indices.len());
+    let (mut polygon, mut crossed) = (Vec::new(), 0);
     let mut first = 0usize;
     for (face, &count) in counts.iter().enumerate() {
         // `check` makes sure that these numbers fit.
         let end = first + count as usize;
         if !holes.contains(&(face as i64)) {
-            for corner in first + 1..end - 1 {
-                let corners = if flipped { [first, corner + 1, corner] } else { [first, corner, corner + 1] };
+            polygon.clear();
+            polygon.extend(indices[first..end].iter().map(|&i| Vec3::from(open[i as usize])));
+            let is_simple = triangulate(&polygon, |[a, b, c]| {
+                let corners = if flipped { [a, c, b] } else { [a, b, c] }.map(|i| first + i);
                 triangles.push(Triangle { face, points: corners.map(|c| indices[c] as u32), corners });
-            }
+            });
+            crossed += usize::from(!is_simple);
         }
         first = end;
     }
-    triangles
+    (triangles, crossed)
 }
 
 /// The values at the corners of a triangle.

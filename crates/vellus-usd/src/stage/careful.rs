@@ -9,6 +9,7 @@ use super::text::{Content, Text, normalized};
 use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
 use crate::error::Invalid;
+use crate::image::{TILES, UDIM, tile_name};
 use openusd::ar::Resolver;
 use openusd::{ar, sdf, usda, usdc};
 use std::cell::RefCell;
@@ -54,6 +55,13 @@ impl Careful {
     }
 
     fn find(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
+        if let Some((_, end)) = asset_path.rsplit_once(UDIM) {
+            // Tiles have one path, which exists if one of them does.
+            let (number, found) = TILES.into_iter().find_map(|n| Some((n, self.find(&tile_name(asset_path, n))?)))?;
+            let found = found.to_string_lossy();
+            let start = found.strip_suffix(end)?.strip_suffix(&number.to_string())?;
+            return Some(ar::ResolvedPath::new(format!("{start}{UDIM}{end}")));
+        }
         let (package, inner) = match ar::split_package_relative_path_outer(asset_path) {
             Some((package, inner)) => (package, Some(inner)),
             None if asset_path.to_ascii_lowercase().ends_with(".usdz") => (asset_path.to_owned(), None),

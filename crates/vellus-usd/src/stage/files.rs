@@ -4,6 +4,7 @@ use super::arcs::Arcs;
 use super::package::Package;
 use super::text::Content;
 use crate::error::Invalid;
+use crate::image::{TILES, UDIM, tile_name};
 use openusd::ar::{self, Resolver};
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell, RefCell};
@@ -140,6 +141,14 @@ impl Files {
         self.package(package)?.read(&mut file, length, &inner)
     }
 
+    /// Whether a file exists, which may be inside a package.
+    pub fn exists(&self, path: &str) -> bool {
+        match ar::split_package_relative_path_outer(path) {
+            None => Path::new(path).exists(),
+            Some((package, inner)) => self.package(Path::new(&package)).is_ok_and(|package| package.contains(&inner)),
+        }
+    }
+
     /// The directory of a package.
     pub fn package(&self, path: &Path) -> io::Result<Rc<Package>> {
         if let Some(package) = self.packages.borrow().get(path) {
@@ -189,6 +198,13 @@ impl Files {
         for (file, name) in self.names() {
             if let Some(&digest) = digests.get(&file) {
                 named.entry(name).or_default().push(digest);
+            } else if let Some(pattern) = file.to_str().filter(|path| path.contains(UDIM)) {
+                for tile in TILES {
+                    let digest = digests.get(Path::new(&tile_name(pattern, tile)));
+                    digest
+                        .into_iter()
+                        .for_each(|&digest| named.entry(tile_name(&name, tile)).or_default().push(digest));
+                }
             }
         }
         let mut sources = Sources::new();

@@ -19,6 +19,7 @@ mod values;
 
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
+use crate::image::{TILES, tile_name};
 use careful::{Careful, parse_error};
 use classes::Classes;
 use collections::Members;
@@ -365,6 +366,11 @@ impl Stage {
     /// The bytes of a file that [`Stage::asset`] resolved.
     pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
         self.files.read(resolved).map_err(|what| Error::file(Path::new(resolved), what))
+    }
+
+    /// The numbers of the tiles of an image that [`Stage::asset`] resolved.
+    pub fn tiles(&self, resolved: &str) -> Vec<usize> {
+        TILES.filter(|&number| self.files.exists(&tile_name(resolved, number))).collect()
     }
 
     /// All files that were opened.

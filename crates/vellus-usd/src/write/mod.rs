@@ -6,7 +6,7 @@ mod names;
 pub(crate) mod text;
 
 use crate::error::Error;
-use crate::image::encode_exr;
+use crate::image::{UDIM, encode_exr, split, tile_name};
 use crate::write::geometry::{camera, instance, light, mesh, settings, strands};
 use crate::write::look::{look, surface};
 use crate::write::names::{Names, object_paths};
@@ -14,9 +14,10 @@ use crate::write::text::{Literal, Text};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use vellus_scene::{Fit, Scene};
+use vellus_scene::{Fit, Scene, Wrap};
 
-/// Writes a scene as text (.usda), and its textures as OpenEXR into the folder `NAME-textures` next to it.
+/// Writes a scene as text (.usda), and its textures as OpenEXR into the folder `NAME-textures` next to it. An image of
+/// tiles becomes one file for each tile.
 ///
 /// [`crate::read()`] restores the same scene, except that:
 /// - the last bit of angles and of the lens radius may differ;
@@ -66,7 +67,7 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     }
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     // These characters would end the path of an asset, or change its folder.
-    let plain = |name: &str| name.replace(|c: char| "@/\\[]".contains(c) || c.is_control(), "_");
+    let plain = |name: &str| name.replace(|c: char| "@/\\[]<>".contains(c) || c.is_control(), "_");
     let folder = format!("{}-textures", plain(&stem));
     let folder_path = file.with_file_name(&folder);
     std::fs::create_dir_all(&folder_path).map_err(|error| Error::write(&folder_path, error))?;
@@ -74,17 +75,20 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     let mut names = Vec::new();
     for texture in &scene.textures {
         let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
-        let wish = plain(&wish);
-        let mut name = format!("{wish}.exr");
+        let tile = if matches!(texture.wrap, [Wrap::Tiles(_), _]) { format!(".{UDIM}") } else { String::new() };
+        let wish = plain(wish.trim_end_matches(UDIM).trim_end_matches('.'));
+        let mut name = format!("{wish}{tile}.exr");
         let mut number = 2;
         // Some file systems do not distinguish upper and lower case.
         while !taken.insert(name.to_lowercase()) {
-            name = format!("{wish}_{number}.exr");
+            name = format!("{wish}_{number}{tile}.exr");
             number += 1;
         }
-        let path: PathBuf = folder_path.join(&name);
-        let bytes = encode_exr(texture).map_err(|what| Error::file(&path, what))?;
-        vellus_io::write(&path, &bytes).map_err(|error| Error::write(&path, error))?;
+        for (number, tile) in split(texture) {
+            let path: PathBuf = folder_path.join(tile_name(&name, number));
+            let bytes = encode_exr(&tile).map_err(|what| Error::file(&path, what))?;
+            vellus_io::write(&path, &bytes).map_err(|error| Error::write(&path, error))?;
+        }
         names.push(format!("./{folder}/{name}"));
     }
     Ok(names)

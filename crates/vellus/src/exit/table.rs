@@ -119,7 +119,8 @@ impl ExitData {
         }
         let number = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
         let nodes = [number(8) as usize, number(12) as usize];
-        let count = |nodes: usize| nodes * (RANKS[0] + RANKS[1] + TURNS) + RANKS[0] * COLUMNS[0] + RANKS[1] * COLUMNS[1];
+        let count =
+            |nodes: usize| nodes * (RANKS[0] + RANKS[1] + TURNS) + RANKS[0] * COLUMNS[0] + RANKS[1] * COLUMNS[1];
         if nodes.iter().any(|n| !(2..=1024).contains(n)) || rest.len() != count(nodes[0] * nodes[1]) * 2 {
             return fail("its size does not match its nodes");
         }

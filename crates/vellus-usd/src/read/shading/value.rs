@@ -1,6 +1,5 @@
 //! The value of a shader input: a constant, or an image.
 
-use glam::Vec2;
 use vellus_scene::Texture;
 
 /// The value of a shader input. A number has three equal channels.
@@ -34,25 +33,29 @@ impl Value {
         self.map(|value| value.map(&f))
     }
 
-    /// Applies a function to two values. Of two images, the larger one gives the size and the wrap modes of the result,
-    /// and the other one is interpolated.
+    /// Applies a function to two values. Of two images, the one with more tiles or pixels gives the size and the wrap
+    /// modes of the result, and the other one is interpolated.
     pub fn with(self, other: Value, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Self {
         match (self, other) {
             (a, Value::Constant(b)) => a.map(|a| f(a, b)),
             (Value::Constant(a), b) => b.map(|b| f(a, b)),
-            (Value::Image(a), Value::Image(b)) if a.pixels.len() >= b.pixels.len() => Value::Image(combined(a, &b, f)),
+            (Value::Image(a), Value::Image(b)) if size(&a) >= size(&b) => Value::Image(combined(a, &b, f)),
             (Value::Image(a), Value::Image(b)) => Value::Image(combined(b, &a, |b, a| f(a, b))),
         }
     }
 }
 
+/// The numbers of tiles and pixels.
+fn size(image: &Texture) -> (usize, usize) {
+    (image.tiles().iter().product(), image.pixels.len())
+}
+
 /// Applies a function to each pixel of an image and the value of another image at the same place.
 fn combined(mut a: Texture, b: &Texture, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Texture {
-    let (width, height) = (a.width, a.height);
-    for (i, pixel) in a.pixels.iter_mut().enumerate() {
-        let (x, y) = ((i % width) as f32, (i / width) as f32);
-        let uv = Vec2::new((x + 0.5) / width as f32, 1.0 - (y + 0.5) / height as f32);
-        *pixel = f(pixel.map(f64::from), b.at(uv).map(f64::from)).map(|x| x as f32);
+    for i in 0..a.pixels.len() {
+        let uv = a.uv(i % a.width, i / a.width);
+        let (one, other) = (a.pixels[i].map(f64::from), b.at(uv).map(f64::from));
+        a.pixels[i] = f(one, other).map(|x| x as f32);
     }
     a
 }

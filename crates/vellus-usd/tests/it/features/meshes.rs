@@ -107,3 +107,27 @@ def Material \"Hide\" {{
     let error = stage("./text.png", "rgb").unwrap_err().to_string();
     assert!(error.contains("text.png: it is no PNG"), "{error}");
 }
+
+/// A pentagon with a notch, an arrow, and a bow tie: the first two have their areas, 2.5 and 0.5.
+#[test]
+fn concave_faces_do_not_leave_their_outlines() {
+    for (orientation, up) in [("rightHanded", 1.0), ("leftHanded", -1.0)] {
+        let (scene, warnings) = scene(&format!(
+            "def Mesh \"m\" {{
+    uniform token subdivisionScheme = \"none\" uniform token orientation = \"{orientation}\"
+    int[] faceVertexCounts = [5, 4, 4] int[] faceVertexIndices = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+    point3f[] points = [(0,0,0), (2,0,0), (2,0,-2), (1,0,-0.5), (0,0,-2),
+        (0,0,0), (2,0,1), (0.5,0,0), (2,0,-1), (0,0,0), (2,0,-2), (2,0,0), (0,0,-1)]
+}}"
+        ));
+        assert!(said(&warnings).contains("/m: 1 of its 3 faces cross themselves"), "{warnings:?}");
+        let mesh = &scene.meshes[0];
+        let normal = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+            0.5 * up * (b - a).cross(c - a).y
+        };
+        let normals: Vec<f32> = mesh.triangles.iter().map(normal).collect();
+        assert!(normals[..5].iter().all(|area| *area > 0.0), "{normals:?}");
+        assert_eq!((normals[..3].iter().sum::<f32>(), normals[3..5].iter().sum::<f32>()), (2.5, 0.5));
+    }
+}

@@ -4,6 +4,7 @@ mod bindings;
 mod cameras;
 mod curves;
 mod fibers;
+mod images;
 mod instances;
 mod lights;
 mod links;

@@ -1,0 +1,86 @@
+//! Samples as a file stores them, and their conversion to linear RGB.
+
+use super::Encoding;
+use super::pixels::Pixels;
+use crate::color::ColorSpace;
+use glam::DVec3;
+
+/// The samples of an image, row by row from the top.
+pub(crate) struct Samples {
+    pub width: usize,
+    pub height: usize,
+    /// Samples per pixel.
+    pub channels: usize,
+    /// Whether the first three samples are red, green and blue. Otherwise the first is grey. Others are ignored.
+    pub is_color: bool,
+    /// Whether the file says that it is sRGB.
+    pub says_srgb: bool,
+    pub values: Values,
+}
+
+/// The numbers of an image. Whole ones are parts of the largest whole number.
+pub(crate) enum Values {
+    Eight(Vec<u8>),
+    Sixteen(Vec<u16>),
+    Float(Vec<f32>),
+}
+
+impl Values {
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Values::Eight(data) => data.len(),
+            Values::Sixteen(data) => data.len(),
+            Values::Float(data) => data.len(),
+        }
+    }
+}
+
+impl Samples {
+    /// Pixels in linear Rec. 709.
+    pub fn pixels(self, encoding: Encoding) -> Pixels {
+        let Samples { width, height, channels, is_color, says_srgb, values } = self;
+        let is_srgb = says_srgb || is_color && matches!(values, Values::Eight(_));
+        let space = match encoding {
+            Encoding::Space(space) => space,
+            Encoding::Auto if is_srgb => ColorSpace::SRGB,
+            Encoding::Auto => ColorSpace::LINEAR,
+        };
+        let table = |most: u32| -> Vec<f32> {
+            (0..=most).map(|i| space.decode(f64::from(i) / f64::from(most)) as f32).collect()
+        };
+        let size = (width * height, channels, is_color);
+        let rgb = match values {
+            Values::Eight(data) => {
+                let table = table(u8::MAX.into());
+                gather(&data, size, |x| table[usize::from(x)])
+            }
+            Values::Sixteen(data) => {
+                let table = table(u16::MAX.into());
+                gather(&data, size, |x| table[usize::from(x)])
+            }
+            Values::Float(data) if space == ColorSpace::LINEAR => gather(&data, size, |x| x),
+            Values::Float(data) => gather(&data, size, |x| space.decode(x.into()) as f32),
+        };
+        let mut pixels = Pixels { width, height, rgb };
+        if let Some(matrix) = space.to_rec709() {
+            let convert = |pixel: [f32; 3]| (matrix * DVec3::from(pixel.map(f64::from))).as_vec3().into();
+            pixels.rgb.iter_mut().for_each(|pixel| *pixel = convert(*pixel));
+        }
+        pixels
+    }
+}
+
+/// The first three samples of each pixel, or the first one thrice.
+fn gather<T: Copy>(
+    data: &[T],
+    (count, channels, is_color): (usize, usize, bool),
+    value: impl Fn(T) -> f32,
+) -> Vec<[f32; 3]> {
+    let pixels = data.chunks_exact(channels).take(count);
+    if is_color {
+        pixels.map(|pixel| [value(pixel[0]), value(pixel[1]), value(pixel[2])]).collect()
+    } else {
+        pixels.map(|pixel| [value(pixel[0]); 3]).collect()
+    }
+}
