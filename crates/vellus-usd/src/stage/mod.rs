@@ -317,11 +317,6 @@ impl Stage {
         })
     }
 
-    /// Whether a schema is applied to a prim.
-    pub fn has_api(&self, prim: &str, name: &str) -> Result<bool, Error> {
-        self.ask(prim, |prim| Ok(self.stage.prim(prim).has_api_schema(name)?))
-    }
-
     /// Reads an array of integers.
     pub fn integers(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<i64>>, Error> {
         self.typed(prim, name, when, "integers", |value| match value {
