@@ -287,7 +287,7 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
     let (name, fiber) = options.fiber();
     let scene = Scene { strands: vec![strands], looks: vec![Look::constant(name, fiber)], ..Scene::default() };
     let is_transparent = header.is_some_and(|header| header.transparency != Some(0.0));
-    let warnings = is_transparent.then(|| Warning::Transparent(file)).into_iter().collect();
+    let warnings = is_transparent.then_some(Warning::Transparent(file)).into_iter().collect();
     Ok(Opened { scene, sources, warnings, header, ..Opened::default() })
 }
 

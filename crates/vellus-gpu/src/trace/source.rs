@@ -151,6 +151,21 @@ mod tests {
         }
     }
 
+    /// No GPU is needed for this.
+    #[test]
+    fn both_fields_are_valid_shaders() {
+        let rows = |name, kind| Array::new(name, kind, 1, 1 << 20);
+        let mut arrays: Vec<Array> =
+            ["node_row", "chord_row", "triangle_row", "data_row"].map(|name| rows(name, "u32")).into();
+        arrays.extend(["point_row", "vellus_row"].map(|name| rows(name, "f32")));
+        for far in [None, Some(&rows("vellus_far_row", "f32"))] {
+            let text = shader(&arrays, far);
+            let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+            let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
+            validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+        }
+    }
+
     #[test]
     fn large_arrays_are_split() {
         let array = Array::new("node_row", "u32", 1000, 4096);
