@@ -145,6 +145,6 @@ mod tests {
     fn all_tables_fit_into_the_150_kilobytes_of_the_paper() {
         let [paper, default] = size_claims();
         assert_eq!((paper.measured.as_str(), paper.verdict), ("118.6 KB", Verdict::Better));
-        assert_eq!((default.measured.as_str(), default.verdict), ("145.0 KB", Verdict::Better));
+        assert_eq!((default.measured.as_str(), default.verdict), ("145.0 KB", Verdict::Holds));
     }
 }

@@ -20,15 +20,15 @@ fn hashes(scenes: &[(&'static str, &str)], more: &[&str]) -> Vec<(&'static str, 
 #[test]
 fn small_scenes_have_the_same_pixels_as_before() {
     let expected = [
-        ("hair-lock", "13de7d55f0349687"),
-        ("raccoon", "5625ae6f1fc09855"),
-        ("hamster", "8ed5181f29733c81"),
-        ("cat", "eecfda4c8da4ed9c"),
-        ("hair", "96e50ce64617df9a"),
-        ("polar-bear", "b3cfac38fdea1b3e"),
-        ("hamsters", "95c9f629ff413625"),
-        ("hair-bob", "47bbcb870c4af9b7"),
-        ("hair-curls", "39b371f92363660d"),
+        ("hair-lock", "56a512771ac6404b"),
+        ("raccoon", "ca049cda966440f2"),
+        ("hamster", "5de6cf1f785245bd"),
+        ("cat", "8c129b97d7ed9f72"),
+        ("hair", "eedb040418c37cd5"),
+        ("polar-bear", "ca545d6da95b0978"),
+        ("hamsters", "e575e4e4df6bcea7"),
+        ("hair-bob", "746c7d2f0f63edc0"),
+        ("hair-curls", "da9546624eceed31"),
     ];
     assert_eq!(hashes(&expected, &["--small"]), expected.map(|(scene, hash)| (scene, hash.to_owned())));
 }
