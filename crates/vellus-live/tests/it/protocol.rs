@@ -501,7 +501,7 @@ async fn a_page_that_gives_no_sign_of_life_is_given_up() {
     limited("the end of the silent page", end).await;
 }
 
-/// A scene of many strands takes seconds to write. Only one is written, and no more than its request lasts.
+/// A scene of many strands takes a while to write. Only one is written, and no more than its request lasts.
 #[tokio::test]
 async fn saves_come_one_at_a_time_and_end_with_their_request() {
     let engine = Engine::open("cat", true, None).unwrap();

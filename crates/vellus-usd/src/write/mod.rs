@@ -26,7 +26,7 @@ use vellus_scene::Scene;
 pub enum Format {
     /// Text, `.usda`.
     Text,
-    /// Binary, `.usdc`: smaller and faster. OpenUSD reads it since 2019.
+    /// Binary, `.usdc`: smaller and faster. OpenUSD calls it a crate file. Version 0.8, which OpenUSD 20.11 reads.
     Crate,
 }
 
@@ -41,7 +41,8 @@ impl Format {
     }
 }
 
-/// Writes a scene in the format that the extension names, and its textures as OpenEXR into the folder `NAME-textures` next to it.
+/// Writes a scene in the format that the extension names, and its textures as OpenEXR into the folder `NAME-textures`
+/// next to it.
 ///
 /// [`crate::read()`] restores the same scene, except that:
 /// - the last bit of angles and of the lens radius may differ;

@@ -1,7 +1,7 @@
 //! Writes the binary format of USD (.usdc), which OpenUSD calls crate files, in version 0.8.
 //!
-//! A file has a header, values, and six tables: tokens, strings, fields (a name and a value), sets of fields, paths, and
-//! specs. A spec is a prim or property: its path and its set of fields.
+//! A file has a header, values, and six tables: tokens, strings, fields (a name and a value), sets of fields, paths,
+//! and specs. A spec is a prim or property: its path and its set of fields.
 
 mod heap;
 mod integers;
@@ -248,5 +248,66 @@ impl Encoder for Crate<'_> {
         let targets = self.edits(kind::PATH_LIST_EDITS, EXPLICIT, target)?;
         self.field("targetPaths", targets);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::write::value::Array;
+
+    fn number(bytes: &[u8], at: u64) -> u64 {
+        u64::from_le_bytes(*bytes[at as usize..].first_chunk().unwrap())
+    }
+
+    #[test]
+    fn tables_follow_the_values_and_their_contents_end_the_file() {
+        let points = || (0..50).map(|i| [i as f32, 0.5, -0.25]);
+        let mut bytes = Vec::new();
+        let fill = |out: &mut dyn Encoder| {
+            out.layer(&[("upAxis", &Token("Y"))])?;
+            out.open("BasisCurves", "a", Role::Plain)?;
+            out.set("int[] curveVertexCounts", &Array([3u32; 20].into_iter()))?;
+            out.set("point3f[] points", &Array(points()))?;
+            out.close()
+        };
+        write(&mut bytes, fill).unwrap();
+        assert_eq!(bytes[..16], *b"PXR-USDC\0\x08\0\0\0\0\0\0");
+        let contents = number(&bytes, 16);
+        assert_eq!((number(&bytes, contents), contents + 8 + 6 * 32), (6, bytes.len() as u64));
+        let mut end = None;
+        for (i, name) in ["TOKENS", "STRINGS", "FIELDS", "FIELDSETS", "PATHS", "SPECS"].into_iter().enumerate() {
+            let entry = contents + 8 + 32 * i as u64;
+            let found = bytes[entry as usize..][..16].split(|byte| *byte == 0).next().unwrap();
+            let [start, size] = [16, 24].map(|at| number(&bytes, entry + at));
+            assert_eq!(found, name.as_bytes());
+            assert_eq!(start, end.unwrap_or(start));
+            end = Some(start + size);
+        }
+        assert_eq!(end, Some(contents));
+        // Points are as they are in memory, at a multiple of 8 bytes.
+        let points: Vec<u8> = points().flatten().flat_map(f32::to_le_bytes).collect();
+        let at = bytes.windows(points.len()).position(|window| window == points).unwrap();
+        assert_eq!((at % 8, number(&bytes, at as u64 - 8)), (0, 50));
+    }
+
+    #[test]
+    fn an_attribute_has_its_value_and_its_connection_in_one_spec() {
+        let specs = |connect: bool| {
+            let mut bytes = Vec::new();
+            let fill = |out: &mut dyn Encoder| {
+                out.open("Shader", "a", Role::Plain)?;
+                out.set("float inputs:x", &1.0f32)?;
+                if connect {
+                    out.connect("float inputs:x", "/a.outputs:y")?;
+                }
+                out.declare("float outputs:y")?;
+                out.close()
+            };
+            write(&mut bytes, fill).unwrap();
+            let entry = number(&bytes, 16) + 8 + 5 * 32;
+            number(&bytes, number(&bytes, entry + 16))
+        };
+        assert_eq!((specs(true), specs(false)), (4, 4));
     }
 }
