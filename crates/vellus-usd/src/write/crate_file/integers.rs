@@ -14,12 +14,12 @@ pub(crate) fn pack_integers(values: impl Iterator<Item = i32> + Clone) -> Vec<u8
 fn code(values: impl Iterator<Item = i32> + Clone) -> (i32, Vec<u8>, Vec<u8>) {
     let differences = values.scan(0i32, |last, value| Some(value.wrapping_sub(std::mem::replace(last, value))));
     // Any difference will do. Those of more than 16 bits are not counted, so that the memory is bounded.
-    let mut counts = vec![0u32; 1 << 16];
+    let mut counts = HashMap::<i16, u32>::new();
     for short in differences.clone().filter_map(|difference| i16::try_from(difference).ok()) {
-        counts[usize::from(short.cast_unsigned())] += 1;
+        *counts.entry(short).or_default() += 1;
     }
-    let common = (i16::MIN..=i16::MAX).max_by_key(|short| counts[usize::from(short.cast_unsigned())]);
-    let common = common.map_or(0, i32::from);
+    let common = counts.into_iter().max_by_key(|(short, count)| (*count, *short));
+    let common = common.map_or(0, |(short, _)| i32::from(short));
     let (mut codes, mut rest) = (Vec::new(), Vec::new());
     for (i, difference) in differences.enumerate() {
         let code = if difference == common {
