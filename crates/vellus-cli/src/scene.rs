@@ -13,7 +13,7 @@ pub struct Args {
     /// Use the small version, with 1/40 of the strands.
     #[arg(long, requires = "name")]
     small: bool,
-    /// File to write, .usda.
+    /// File to write, .usda or .usdc.
     #[arg(short, long, default_value = "out/scene.usda", value_name = "FILE")]
     output: PathBuf,
 }
@@ -33,7 +33,7 @@ pub fn run(args: &Args) -> Result<()> {
     if !names.contains(&name.as_str()) {
         return Err(unknown());
     }
-    output::check_extension(&args.output, &["usda"])?;
+    output::check_extension(&args.output, &["usda", "usdc"])?;
     output::writable(&args.output)?;
     let scene = vellus_groom::scene(name, args.small).ok_or_else(unknown)?;
     vellus_usd::write(&scene, &args.output)?;

@@ -12,6 +12,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use vellus_render::{Curves, Film};
 use vellus_scene::Strands;
+use vellus_usd::Format;
 
 /// The time in seconds in which the first picture after a change should be rendered.
 const FIRST: f64 = 0.035;
@@ -130,14 +131,14 @@ impl Renderer {
             }
             // The request was given up.
             Job::Save(_, reply, _) if reply.is_closed() => {}
-            // The text of many strands takes seconds to write.
+            // Many strands may take seconds to write.
             Job::Save(Save::Scene, reply, place) => {
                 let scene = self.session.strands();
                 self.spawn(move || {
-                    let text = save::usda(&scene, || reply.is_closed());
+                    let file = save::usd(&scene, Format::Crate, || reply.is_closed());
                     // Whoever has the answer may ask for the next file.
                     drop(place);
-                    let _ = reply.send(text);
+                    let _ = reply.send(file);
                 });
             }
             Job::Save(what, reply, place) => {

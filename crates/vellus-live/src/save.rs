@@ -6,6 +6,7 @@ use std::path::Path;
 use vellus_open::{FiberFormat, Opened, Options};
 use vellus_render::{Film, Layer, PixelType};
 use vellus_scene::Scene;
+use vellus_usd::Format;
 
 /// What is saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +15,7 @@ pub enum Save {
     LookToml(usize),
     /// The fibre of a look as a USD material.
     LookUsd(usize),
-    /// The strands, looks and camera as USD.
+    /// The strands, looks and camera as binary USD: the text of many strands is large.
     Scene,
     /// The camera as USD.
     Camera,
@@ -25,12 +26,12 @@ pub enum Save {
 }
 
 impl Save {
-    /// What a file name stands for: `look-0.toml`, `look-0.usda`, `scene.usda`, `camera.usda`,
+    /// What a file name stands for: `look-0.toml`, `look-0.usda`, `scene.usdc`, `camera.usda`,
     /// `picture.png` or `picture.exr`.
     pub fn parse(name: &str) -> Option<Self> {
         let number = |text: &str| text.parse().ok().filter(|_| text.len() < 6);
         match name {
-            "scene.usda" => Some(Save::Scene),
+            "scene.usdc" => Some(Save::Scene),
             "camera.usda" => Some(Save::Camera),
             "picture.png" => Some(Save::Png),
             "picture.exr" => Some(Save::Exr),
@@ -46,7 +47,9 @@ impl Save {
     pub fn media(self) -> &'static str {
         match self {
             Save::LookToml(_) => "application/toml",
-            Save::LookUsd(_) | Save::Scene | Save::Camera => "model/vnd.usda",
+            Save::LookUsd(_) | Save::Camera => "model/vnd.usda",
+            // The binary format has no registered type.
+            Save::Scene => "application/octet-stream",
             Save::Png => "image/png",
             Save::Exr => "image/x-exr",
         }
@@ -64,10 +67,10 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
         }
         Save::LookUsd(index) => {
             look(index)?;
-            usda(&session.part(Some(index)), || false)
+            usd(&session.part(Some(index)), Format::Text, || false)
         }
-        Save::Scene => usda(&session.strands(), || false),
-        Save::Camera => usda(&session.part(None), || false),
+        Save::Scene => usd(&session.strands(), Format::Crate, || false),
+        Save::Camera => usd(&session.part(None), Format::Text, || false),
         Save::Png => film()?.to_png(denoised, session.exposure, &[]).map_err(|error| error.to_string()),
         Save::Exr => {
             let exr = film()?.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &[]);
@@ -76,10 +79,10 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
     }
 }
 
-/// A scene without textures as the text of a USD file. The work ends early if it is `cancelled`.
-pub fn usda(scene: &Scene, cancelled: impl Fn() -> bool) -> Result<Vec<u8>, String> {
+/// A scene without textures as a USD file. The work ends early if it is `cancelled`.
+pub fn usd(scene: &Scene, format: Format, cancelled: impl Fn() -> bool) -> Result<Vec<u8>, String> {
     let mut out = Cancelled { bytes: Vec::new(), cancelled };
-    vellus_usd::write_text(scene, &mut out).map_err(|error| chain(&error))?;
+    vellus_usd::write_to(scene, format, &mut out).map_err(|error| chain(&error))?;
     Ok(out.bytes)
 }
 

@@ -121,7 +121,7 @@ export class Panels {
         "The fibre, for vellus render --fiber. Not the tips and the groom"),
       save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`,
         "The fibre as a USD material. Not the tips and the groom"),
-      save("Strands USD", () => "scene.usda", () => "strands.usda",
+      save("Strands USD", () => "scene.usdc", () => "strands.usdc",
         "All strands with their looks, as shown: colour, tips, length, density and clumps"),
       save("Camera USD", () => "camera.usda", () => "camera.usda", "The camera"),
       save("PNG", () => "picture.png", () => "picture.png", "The picture with its exposure"),

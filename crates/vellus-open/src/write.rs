@@ -4,7 +4,8 @@ use crate::Error;
 use std::path::Path;
 use vellus_scene::{Parameter, Scene, Values};
 
-/// Writes a scene: with the extension `hair` its strands, otherwise the whole scene as USD, `.usda`.
+/// Writes a scene: with the extension `hair` its strands, otherwise the whole scene as USD, `.usda` or
+/// `.usdc`.
 ///
 /// A .hair file has straight segments: `pieces` of them for each curved one, at least 1.
 ///

@@ -1,6 +1,7 @@
 //! Reads and writes scenes of hair and fur as USD.
 //!
-//! [`read()`] turns a file (.usda, .usdc or .usdz) into a [`vellus_scene::Scene`]. [`write()`] stores a scene as .usda.
+//! [`read()`] turns a file (.usda, .usdc or .usdz) into a [`vellus_scene::Scene`]. [`write()`] stores a scene as
+//! .usda or .usdc.
 //!
 //! ```
 //! use vellus_usd::{Options, read, write};
@@ -83,4 +84,4 @@ pub use image::{load_map, load_sky, load_texture};
 pub use read::look::FALLBACK_LOOK;
 pub use read::{Options, Reading, RenderSettings, read, read_material};
 pub use warning::Warning;
-pub use write::{write, write_text};
+pub use write::{Format, write, write_to};

@@ -30,7 +30,7 @@ use vellus_scene::Look;
 pub struct Args {
     /// Mesh: .usda, .usdc, .usdz or .obj.
     mesh: PathBuf,
-    /// File to write, .usda.
+    /// File to write, .usda or .usdc. The latter is smaller and faster.
     #[arg(short, long, default_value = "out/groom.usda", value_name = "FILE")]
     output: PathBuf,
     /// Mesh to grow on: its name, or the end of its path. Required if the file has several meshes. May be repeated.
@@ -56,7 +56,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
-    output::check_extension(&args.output, &["usda"])?;
+    output::check_extension(&args.output, &["usda", "usdc"])?;
     let options = args.fur.clone();
     let groups = match &args.settings {
         Some(path) => read_groups(path)?.into_iter().map(|group| options.clone().or(group)).collect(),

@@ -16,11 +16,11 @@ pub enum Command {
         #[command(flatten)]
         input: Input,
     },
-    /// Convert to .usda (the whole scene) or .hair (one set of strands).
+    /// Convert to .usda or .usdc (the whole scene), or to .hair (one set of strands).
     Convert {
         #[command(flatten)]
         input: Input,
-        /// File to write, .usda or .hair.
+        /// File to write, .usda, .usdc or .hair. A .usdc file is smaller and faster than a .usda file.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
         /// Straight segments in a .hair file for each curved one.
@@ -43,7 +43,7 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
-    output::check_extension(path, &["usda", "hair"])?;
+    output::check_extension(path, &["usda", "usdc", "hair"])?;
     input.options(None)?;
     output::writable(path)?;
     let scene = input.open(None)?.scene;

@@ -250,7 +250,7 @@ try {
   await settled();
 
   // Files.
-  for (const [name, file] of [["Look TOML", ".toml"], ["Look USD", ".usda"], ["Strands USD", ".usda"],
+  for (const [name, file] of [["Look TOML", ".toml"], ["Look USD", ".usda"], ["Strands USD", ".usdc"],
     ["Camera USD", ".usda"], ["PNG", ".png"], ["EXR", ".exr"]]) {
     await settled();
     const download = page.waitForEvent("download", { timeout: 60_000 });

@@ -345,7 +345,7 @@ async fn looks_lights_and_groom_change_the_state_and_are_saved() {
     for (name, part) in [
         ("look-0.toml", "beta_m = 9"),
         ("look-0.usda", "VellusFur"),
-        ("scene.usda", "BasisCurves"),
+        ("scene.usdc", "PXR-USDC"),
         ("camera.usda", "Camera"),
         ("picture.png", "PNG"),
         ("picture.exr", "v/1\u{1}"),
@@ -501,23 +501,23 @@ async fn a_page_that_gives_no_sign_of_life_is_given_up() {
     limited("the end of the silent page", end).await;
 }
 
-/// A scene of many strands takes seconds to write. Only one is written, and no more than its request lasts.
+/// A scene of many strands takes a while to write. Only one is written, and no more than its request lasts.
 #[tokio::test]
 async fn saves_come_one_at_a_time_and_end_with_their_request() {
     let engine = Engine::open("cat", true, None).unwrap();
     let server = Server::start(engine, &Options::default()).unwrap();
-    let request = format!("POST /save/scene.usda HTTP/1.1\r\n{}\r\n", page_headers(&server).await);
+    let request = format!("POST /save/scene.usdc HTTP/1.1\r\n{}\r\n", page_headers(&server).await);
     let mut refused = 0;
     for attempt in 0..40 {
         let mut first = TcpStream::connect(address(&server)).await.unwrap();
         first.write_all(request.as_bytes()).await.unwrap();
         tokio::time::sleep(Duration::from_millis(5 * attempt)).await;
-        let answer = http(&server, &request.replace("scene.usda", "look-0.toml"), b"").await;
+        let answer = http(&server, &request.replace("scene.usdc", "look-0.toml"), b"").await;
         refused += usize::from(answer.contains("another file is being saved"));
         drop(first);
         // The place is free again.
         let free = async {
-            while status(&http(&server, &request.replace("scene.usda", "look-0.toml"), b"").await) != "200" {
+            while status(&http(&server, &request.replace("scene.usdc", "look-0.toml"), b"").await) != "200" {
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
         };

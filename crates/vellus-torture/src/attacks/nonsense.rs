@@ -256,7 +256,9 @@ fn cheap(path: &str, dice: &mut Dice) -> &'static str {
         "merge" => &["part.film --output o.exr"],
         "scene" => &["hair-lock --small --output o.usda"],
         "groom info" => &["lean.usda", "hair-lock --small"],
-        "groom convert" => &["lean.usda --output o.usda", "hair-lock --small --output o.hair"],
+        "groom convert" => {
+            &["lean.usda --output o.usda", "lean.usda --output o.usdc", "hair-lock --small --output o.hair"]
+        }
         "groom grow" => &["mesh.obj --count 20 --output o.usda"],
         "fit" => &["profile.csv --starts 1 --theta-o 0", "--simulate cat --step 30 --out o.csv"],
         "reference" => &["--photons 1000"],

@@ -81,7 +81,7 @@ struct Peer {
 impl Peer {
     fn new(dice: &mut Dice) -> Self {
         let own = "Host: localhost\r\n";
-        let path = *dice.pick(&["/", "/ws", "/save/scene.usda", "/save/picture.exr", "/load?a.hair", "/app.js"]);
+        let path = *dice.pick(&["/", "/ws", "/save/scene.usdc", "/save/picture.exr", "/load?a.hair", "/app.js"]);
         let method = *dice.pick(&["GET", "POST"]);
         let (mut text, mut answer) = match dice.number(0..6) {
             0 => (format!("{method} {path} HTTP/1.1\r\n{own}X-A: "), None),

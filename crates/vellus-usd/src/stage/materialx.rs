@@ -2,7 +2,9 @@
 //! OpenUSD's plugin for MaterialX does it. The nodes that a material uses are its children.
 
 use crate::error::Invalid;
-use crate::write::text::{Text, quoted};
+use crate::write::encoder::{Encoder, Role};
+use crate::write::names::quoted;
+use crate::write::text::Text;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 use std::io;
@@ -92,8 +94,7 @@ pub(super) fn to_usda(bytes: &[u8]) -> Result<String, Invalid> {
     if !written {
         return Err("the document has no surfacematerial".into());
     }
-    let text = out.finish().map_err(|error| error.to_string())?;
-    String::from_utf8(text).map_err(|error| error.to_string().into())
+    String::from_utf8(out.finish()).map_err(|error| error.to_string().into())
 }
 
 /// Checks what would cost the parser, or the search in its tree, too much time.
@@ -145,14 +146,14 @@ type Out = Text<Vec<u8>>;
 
 fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
     let io = |error: io::Error| Invalid::from(error.to_string());
-    out.open("Scope", "MaterialX", "").map_err(io)?;
-    out.open("Scope", "Materials", "").map_err(io)?;
+    out.open("Scope", "MaterialX", Role::Plain).map_err(io)?;
+    out.open("Scope", "Materials", Role::Plain).map_err(io)?;
     let document = Names::of(root)?;
     let (mut written, mut copies) = (false, 0);
     for material in root.children().filter(|node| node.has_tag_name("surfacematerial")) {
         written = true;
         let name = name_of(material)?;
-        out.open("Material", name, "").map_err(io)?;
+        out.open("Material", name, Role::Plain).map_err(io)?;
         let path = format!("{MATERIALS}/{name}");
         let mut writer = Writer { out, root, names: &document, path, waiting: Vec::new(), known: HashSet::new() };
         if let Some(surface) = document.child(material, "input", "surfaceshader")
@@ -277,14 +278,14 @@ impl<'d> Writer<'_, 'd> {
     fn node(&mut self, node: Node<'d, 'd>) -> Result<usize, Invalid> {
         let io = |error: io::Error| Invalid::from(error.to_string());
         let name = self.names.prim(node)?;
-        self.out.open("Shader", name, "").map_err(io)?;
+        self.out.open("Shader", name, Role::Plain).map_err(io)?;
         let (category, kind) = (node.tag_name().name(), node.attribute("type").unwrap_or_default());
         let id = match node.attribute("nodedef") {
             Some(id) => id.to_owned(),
             None if UNTYPED.contains(&category) => format!("ND_{category}"),
             None => format!("ND_{category}_{kind}"),
         };
-        self.out.set("uniform token info:id", &quoted(&id)).map_err(io)?;
+        self.out.line(&format!("uniform token info:id = {}", quoted(&id))).map_err(io)?;
         let mut inputs = 0;
         for input in node.children().filter(|child| child.has_tag_name("input")) {
             self.input(node, input)?;
@@ -330,7 +331,7 @@ impl<'d> Writer<'_, 'd> {
             _ => None,
         };
         let space = space.map_or(String::new(), |space| format!(" ( colorSpace = {} )", quoted(space)));
-        self.out.set(&format!("{usd} inputs:{name}"), &(literal + &space)).map_err(io)
+        self.out.line(&format!("{usd} inputs:{name} = {literal}{space}")).map_err(io)
     }
 }
 

@@ -2,51 +2,52 @@
 
 use crate::read::light::{POINT, SEEN_BY_RENDERMAN};
 use crate::read::link::LINKS;
-use crate::write::names::{Names, to_file, vellus_name};
-use crate::write::text::{Literal, Text, quoted};
+use crate::write::encoder::{Encoder, Role};
+use crate::write::names::{Names, plain, to_file, vellus_name};
+use crate::write::value::{Array, Asset, Token};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
-use std::io::{self, Write};
+use std::io;
 use vellus_scene::{Basis, Camera, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
 
-/// Metadata of prims with a material.
-const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
+/// Prims with a material.
+const BINDS: Role = Role::Applies("MaterialBindingAPI");
 
-fn extent<W: Write>(text: &mut Text<W>, points: impl Iterator<Item = Vec3>, radius: f32) -> io::Result<()> {
+fn extent(out: &mut dyn Encoder, points: impl Iterator<Item = Vec3>, radius: f32) -> io::Result<()> {
     let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     if low.is_finite() && high.is_finite() {
-        text.array("float3[] extent", [(low - radius).to_array(), (high + radius).to_array()], None)?;
+        out.set("float3[] extent", &Array([(low - radius).to_array(), (high + radius).to_array()].into_iter()))?;
     }
     Ok(())
 }
 
 /// Writes strands in the prim `parent`, which is open.
-pub(crate) fn strands<W: Write>(text: &mut Text<W>, parent: &str, strands: &Strands, names: &Names) -> io::Result<()> {
-    let name = text.name(parent, &strands.name);
-    text.open("BasisCurves", &name, BINDS)?;
+pub(crate) fn strands(out: &mut dyn Encoder, parent: &str, strands: &Strands, names: &mut Names) -> io::Result<()> {
+    let name = names.unused(parent, &strands.name);
+    out.open("BasisCurves", &name, BINDS)?;
     let (kind, basis) = match strands.basis {
         Basis::Linear => ("linear", None),
         Basis::BSpline => ("cubic", Some("bspline")),
         Basis::CatmullRom => ("cubic", Some("catmullRom")),
         Basis::Bezier => ("cubic", Some("bezier")),
     };
-    text.set("uniform token type", &format!("\"{kind}\""))?;
+    out.set("uniform token type", &Token(kind))?;
     if let Some(basis) = basis {
-        text.set("uniform token basis", &format!("\"{basis}\""))?;
+        out.set("uniform token basis", &Token(basis))?;
     }
-    text.set("uniform token wrap", "\"nonperiodic\"")?;
-    text.array("int[] curveVertexCounts", strands.starts.windows(2).map(|pair| pair[1] - pair[0]), None)?;
+    out.set("uniform token wrap", &Token("nonperiodic"))?;
+    out.set("int[] curveVertexCounts", &Array(strands.starts.windows(2).map(|pair| pair[1] - pair[0])))?;
     let radius = strands.points.iter().fold(0.0f32, |radius, p| radius.max(p.w));
     let moved = strands.moved.iter().flatten().copied();
-    extent(text, strands.points.iter().map(|p| p.truncate()).chain(moved), radius)?;
+    extent(out, strands.points.iter().map(|p| p.truncate()).chain(moved), radius)?;
     let points = || strands.points.iter().map(|p| p.truncate().to_array());
     match &strands.moved {
-        Some(moved) => text.moving_array("point3f[] points", points(), moved.iter().map(|p| p.to_array()))?,
-        None => text.array("point3f[] points", points(), None)?,
+        Some(moved) => out.samples("point3f[] points", &Array(points()), &Array(moved.iter().map(|p| p.to_array())))?,
+        None => out.set("point3f[] points", &Array(points()))?,
     }
-    text.array("float[] widths", strands.points.iter().map(|p| 2.0 * p.w), Some("vertex"))?;
+    out.attribute("float[] widths", &Array(strands.points.iter().map(|p| 2.0 * p.w)), Some("vertex"))?;
     if let Some(uv) = &strands.root_uv {
-        text.array("texCoord2f[] primvars:st", uv.iter().map(|uv| uv.to_array()), Some("uniform"))?;
+        out.attribute("texCoord2f[] primvars:st", &Array(uv.iter().map(|uv| uv.to_array())), Some("uniform"))?;
     }
     for (parameter, values) in &strands.varying {
         let (values, interpolation) = match values {
@@ -57,99 +58,107 @@ pub(crate) fn strands<W: Write>(text: &mut Text<W>, parent: &str, strands: &Stra
         let key = parameter.name();
         let in_file = values.iter().map(|value| to_file(*parameter, *value));
         if parameter.channels() > 1 {
-            text.array(&format!("float3[] primvars:vellus:{key}"), in_file, Some(interpolation))?;
+            out.attribute(&format!("float3[] primvars:vellus:{key}"), &Array(in_file), Some(interpolation))?;
         } else {
-            text.array(&format!("float[] primvars:vellus:{key}"), in_file.map(|v| v[0]), Some(interpolation))?;
+            out.attribute(
+                &format!("float[] primvars:vellus:{key}"),
+                &Array(in_file.map(|v| v[0])),
+                Some(interpolation),
+            )?;
         }
     }
-    text.set("rel material:binding", &format!("<{}>", names.looks[strands.look]))?;
-    vellus_name(text, &strands.name)?;
-    text.close()
+    out.relate("material:binding", &[&names.looks[strands.look]])?;
+    vellus_name(out, &strands.name)?;
+    out.close()
 }
 
 /// Writes a mesh in the prim `parent`, which is open.
-pub(crate) fn mesh<W: Write>(text: &mut Text<W>, parent: &str, mesh: &Mesh, names: &Names) -> io::Result<()> {
-    let name = text.name(parent, &mesh.name);
-    text.open("Mesh", &name, BINDS)?;
-    text.set("uniform token subdivisionScheme", "\"none\"")?;
-    text.array("int[] faceVertexCounts", mesh.triangles.iter().map(|_| 3u32), None)?;
-    text.array("int[] faceVertexIndices", mesh.triangles.iter().flatten().copied(), None)?;
-    extent(text, mesh.positions.iter().chain(mesh.moved.iter().flatten()).copied(), 0.0)?;
+pub(crate) fn mesh(out: &mut dyn Encoder, parent: &str, mesh: &Mesh, names: &mut Names) -> io::Result<()> {
+    let name = names.unused(parent, &mesh.name);
+    out.open("Mesh", &name, BINDS)?;
+    out.set("uniform token subdivisionScheme", &Token("none"))?;
+    out.set("int[] faceVertexCounts", &Array(mesh.triangles.iter().map(|_| 3u32)))?;
+    out.set("int[] faceVertexIndices", &Array(mesh.triangles.iter().flatten().copied()))?;
+    extent(out, mesh.positions.iter().chain(mesh.moved.iter().flatten()).copied(), 0.0)?;
     let points = mesh.positions.iter().map(|p| p.to_array());
     match &mesh.moved {
-        Some(moved) => text.moving_array("point3f[] points", points, moved.iter().map(|p| p.to_array()))?,
-        None => text.array("point3f[] points", points, None)?,
+        Some(moved) => out.samples("point3f[] points", &Array(points), &Array(moved.iter().map(|p| p.to_array())))?,
+        None => out.set("point3f[] points", &Array(points))?,
     }
     if let Some(normals) = &mesh.normals {
-        text.array("normal3f[] normals", normals.iter().flatten().map(|n| n.to_array()), Some("faceVarying"))?;
+        out.attribute(
+            "normal3f[] normals",
+            &Array(normals.iter().flatten().map(|n| n.to_array())),
+            Some("faceVarying"),
+        )?;
     }
     if let Some(uv) = &mesh.uv {
         let uv = uv.iter().flatten().map(|uv| uv.to_array());
-        text.array("texCoord2f[] primvars:st", uv, Some("faceVarying"))?;
+        out.attribute("texCoord2f[] primvars:st", &Array(uv), Some("faceVarying"))?;
     }
-    text.set("rel material:binding", &format!("<{}>", names.surfaces[mesh.surface]))?;
-    vellus_name(text, &mesh.name)?;
-    text.close()
+    out.relate("material:binding", &[&names.surfaces[mesh.surface]])?;
+    vellus_name(out, &mesh.name)?;
+    out.close()
 }
 
 /// Writes an instance of the class at the path `class`, whose prototype has this name.
-pub(crate) fn instance<W: Write>(text: &mut Text<W>, item: &Instance, name: &str, class: &str) -> io::Result<()> {
-    let name = text.name("/Scene", name);
-    text.open("Xform", &name, &format!("instanceable = true; inherits = <{class}>"))?;
-    transform(text, item.to_world.as_dmat4(), None)?;
-    text.close()
+pub(crate) fn instance(
+    out: &mut dyn Encoder,
+    item: &Instance,
+    prototype: &str,
+    class: &str,
+    names: &mut Names,
+) -> io::Result<()> {
+    let name = names.unused("/Scene", prototype);
+    out.open("Xform", &name, Role::Instance(class))?;
+    transform(out, item.to_world.as_dmat4(), None)?;
+    out.close()
 }
 
-/// The text of a matrix. Numbers of single precision are exact in double precision.
-fn matrix(matrix: DMat4) -> String {
-    matrix.to_cols_array_2d().text()
-}
-
-fn transform<W: Write>(text: &mut Text<W>, to_world: DMat4, moved: Option<DMat4>) -> io::Result<()> {
+/// Numbers of single precision are exact in double precision.
+fn transform(out: &mut dyn Encoder, to_world: DMat4, moved: Option<DMat4>) -> io::Result<()> {
+    let opened = to_world.to_cols_array_2d();
     match moved {
-        None => text.set("matrix4d xformOp:transform", &matrix(to_world))?,
-        Some(moved) => {
-            let samples = format!("{{ 0: {}, 1: {} }}", matrix(to_world), matrix(moved));
-            text.set("matrix4d xformOp:transform.timeSamples", &samples)?;
-        }
+        None => out.set("matrix4d xformOp:transform", &opened)?,
+        Some(moved) => out.samples("matrix4d xformOp:transform", &opened, &moved.to_cols_array_2d())?,
     }
-    text.set("uniform token[] xformOpOrder", "[\"xformOp:transform\"]")
+    out.set("uniform token[] xformOpOrder", &Array([Token("xformOp:transform")].into_iter()))
 }
 
 /// Writes what a picture of another shape than the camera's film shows.
-pub(crate) fn settings<W: Write>(text: &mut Text<W>, fit: Fit) -> io::Result<()> {
-    let name = text.name("/Scene", "RenderSettings");
-    text.open("RenderSettings", &name, "")?;
-    text.set("rel camera", "</Scene/Camera>")?;
+pub(crate) fn settings(out: &mut dyn Encoder, fit: Fit, names: &mut Names) -> io::Result<()> {
+    let name = names.unused("/Scene", "RenderSettings");
+    out.open("RenderSettings", &name, Role::Plain)?;
+    out.relate("camera", &["/Scene/Camera"])?;
     let policy = match fit {
         Fit::Expand => "expandAperture",
         Fit::Crop => "cropAperture",
         Fit::AdjustWidth => "adjustApertureWidth",
         Fit::AdjustHeight => "adjustApertureHeight",
     };
-    text.set("uniform token aspectRatioConformPolicy", &format!("\"{policy}\""))?;
-    text.close()
+    out.set("uniform token aspectRatioConformPolicy", &Token(policy))?;
+    out.close()
 }
 
-pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool) -> io::Result<()> {
+pub(crate) fn camera(out: &mut dyn Encoder, camera: &Camera, moves: bool, names: &mut Names) -> io::Result<()> {
     // A power of two, so that products and quotients are exact. It is near the focal length of a normal lens.
     const FOCAL_LENGTH: f32 = 64.0;
-    let name = text.name("/Scene", "Camera");
-    text.open("Camera", &name, "")?;
-    text.set("float focalLength", &FOCAL_LENGTH.text())?;
-    text.set("float horizontalAperture", &(camera.film_width * FOCAL_LENGTH).text())?;
-    text.set("float verticalAperture", &(camera.film_height * FOCAL_LENGTH).text())?;
+    let name = names.unused("/Scene", "Camera");
+    out.open("Camera", &name, Role::Plain)?;
+    out.set("float focalLength", &FOCAL_LENGTH)?;
+    out.set("float horizontalAperture", &(camera.film_width * FOCAL_LENGTH))?;
+    out.set("float verticalAperture", &(camera.film_height * FOCAL_LENGTH))?;
     // Focal lengths are in tenths of a unit.
     let f_stop =
         if camera.lens_radius > 0.0 { 0.05 * f64::from(FOCAL_LENGTH) / f64::from(camera.lens_radius) } else { 0.0 };
-    text.set("float fStop", &(f_stop as f32).text())?;
-    text.set("float focusDistance", &camera.focus_distance.text())?;
+    out.set("float fStop", &(f_stop as f32))?;
+    out.set("float focusDistance", &camera.focus_distance)?;
     if moves {
-        text.set("double shutter:open", "0")?;
-        text.set("double shutter:close", "1")?;
+        out.set("double shutter:open", &0.0f64)?;
+        out.set("double shutter:close", &1.0f64)?;
     }
-    transform(text, camera.to_world.as_dmat4(), camera.moved.map(|m: Mat4| m.as_dmat4()))?;
-    text.close()
+    transform(out, camera.to_world.as_dmat4(), camera.moved.map(|m: Mat4| m.as_dmat4()))?;
+    out.close()
 }
 
 /// The schema of a light, which is the name of its prim too.
@@ -165,32 +174,32 @@ pub(crate) fn kind(light: &Light) -> &'static str {
 }
 
 /// Writes the gains of a light, what it lights, and what casts shadows in its light.
-fn write_link<W: Write>(text: &mut Text<W>, link: &Link, names: &Names) -> io::Result<()> {
-    text.set("float inputs:diffuse", &link.diffuse.text())?;
-    text.set("float inputs:specular", &link.specular.text())?;
+fn write_link(out: &mut dyn Encoder, link: &Link, names: &Names) -> io::Result<()> {
+    out.set("float inputs:diffuse", &link.diffuse)?;
+    out.set("float inputs:specular", &link.specular)?;
     for (collection, objects) in LINKS.into_iter().zip([&link.lit, &link.casters]) {
         let (has_root, property, listed) = match objects {
-            Objects::Except(listed) => (1, "excludes", listed),
-            Objects::Only(listed) => (0, "includes", listed),
+            Objects::Except(listed) => (true, "excludes", listed),
+            Objects::Only(listed) => (false, "includes", listed),
         };
         let paths = listed.iter().filter_map(|name| names.objects.get(name)).flatten();
-        let paths: Vec<String> = paths.map(|path| format!("<{path}>")).collect();
-        text.set(&format!("uniform bool collection:{collection}:includeRoot"), &has_root.to_string())?;
+        let paths: Vec<&str> = paths.map(String::as_str).collect();
+        out.set(&format!("uniform bool collection:{collection}:includeRoot"), &has_root)?;
         if !paths.is_empty() {
-            text.set(&format!("rel collection:{collection}:{property}"), &format!("[{}]", paths.join(", ")))?;
+            out.relate(&format!("collection:{collection}:{property}"), &paths)?;
         }
     }
     Ok(())
 }
 
-pub(crate) fn light<W: Write>(
-    text: &mut Text<W>,
+pub(crate) fn light(
+    out: &mut dyn Encoder,
     light: &Light,
     group: &str,
     seen: bool,
     shaping: Option<&Shaping>,
     link: Option<&Link>,
-    names: &Names,
+    names: &mut Names,
 ) -> io::Result<()> {
     let (color, texture) = match light {
         Light::Dome { radiance, texture, .. } | Light::Rect { radiance, texture, .. } => (radiance, *texture),
@@ -201,64 +210,63 @@ pub(crate) fn light<W: Write>(
         }
     };
     let kind = kind(light);
-    let name = text.name("/Scene", kind);
-    let schemas = if shaping.is_some() { "prepend apiSchemas = [\"ShapingAPI\"]" } else { "" };
-    text.open(kind, &name, schemas)?;
-    text.set("color3f inputs:color", &color.text())?;
+    let name = names.unused("/Scene", kind);
+    out.open(kind, &name, if shaping.is_some() { Role::Applies("ShapingAPI") } else { Role::Plain })?;
+    out.set("color3f inputs:color", color)?;
     // A point has a quarter of the intensity of a normalized sphere: see `POINT`.
     let intensity = if matches!(light, Light::Point { .. }) { 1.0 / POINT as f32 } else { 1.0 };
-    text.set("float inputs:intensity", &intensity.text())?;
-    text.set("token vellus:lightGroup", &quoted(group))?;
+    out.set("float inputs:intensity", &intensity)?;
+    out.set("token vellus:lightGroup", &Token(&plain(group)))?;
     if !seen {
-        text.set(&format!("int {SEEN_BY_RENDERMAN}"), "0")?;
+        out.set(&format!("int {SEEN_BY_RENDERMAN}"), &0u32)?;
     }
-    link.map_or(Ok(()), |link| write_link(text, link, names))?;
+    link.map_or(Ok(()), |link| write_link(out, link, names))?;
     if let Some(texture) = texture {
-        text.set("asset inputs:texture:file", &format!("@{}@", names.textures[texture]))?;
+        out.set("asset inputs:texture:file", &Asset(&names.textures[texture]))?;
     }
     let to_world = match light {
         Light::Dome { rotation, ground, .. } => {
             // The middle of the image is at +z for a DomeLight, and at −z for `Light::Dome`.
-            text.set("token inputs:texture:format", "\"latlong\"")?;
+            out.set("token inputs:texture:format", &Token("latlong"))?;
             let rotation = rotation.as_dmat3() * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
             if let Some(ground) = ground {
-                text.set("float vellus:groundHeight", &ground.height.text())?;
-                text.set("float vellus:groundRadius", &ground.radius.text())?;
+                out.set("float vellus:groundHeight", &ground.height)?;
+                out.set("float vellus:groundRadius", &ground.radius)?;
             }
             let origin = ground.map_or(DVec3::ZERO, |ground| ground.origin.as_dvec3());
             DMat4::from_translation(origin) * DMat4::from_mat3(rotation)
         }
         Light::Distant { direction, half_angle, .. } => {
-            text.set("float inputs:angle", &((2.0 * f64::from(*half_angle)).to_degrees() as f32).text())?;
-            text.set("bool inputs:normalize", "1")?;
+            out.set("float inputs:angle", &((2.0 * f64::from(*half_angle)).to_degrees() as f32))?;
+            out.set("bool inputs:normalize", &true)?;
             let z = direction.as_dvec3();
             let x = z.normalize().any_orthonormal_vector();
             DMat4::from_mat3(DMat3::from_cols(x, z.cross(x), z))
         }
         Light::Rect { to_world, .. } => {
-            text.set("float inputs:width", "1")?;
-            text.set("float inputs:height", "1")?;
+            out.set("float inputs:width", &1.0f32)?;
+            out.set("float inputs:height", &1.0f32)?;
             to_world.as_dmat4()
         }
         Light::Disk { to_world, .. } => {
-            text.set("float inputs:radius", "1")?;
+            out.set("float inputs:radius", &1.0f32)?;
             to_world.as_dmat4()
         }
         Light::Point { position, .. } => {
-            text.set("float inputs:radius", "0")?;
-            text.set("bool inputs:normalize", "1")?;
-            text.set("bool treatAsPoint", "1")?;
+            out.set("float inputs:radius", &0.0f32)?;
+            out.set("bool inputs:normalize", &true)?;
+            out.set("bool treatAsPoint", &true)?;
             DMat4::from_translation(position.as_dvec3())
         }
         Light::Sphere { center, radius, .. } => {
-            text.set("float inputs:radius", &radius.text())?;
+            out.set("float inputs:radius", radius)?;
             DMat4::from_translation(center.as_dvec3())
         }
         Light::Cylinder { center, half_axis, radius, .. } => {
-            text.set("float inputs:radius", &radius.text())?;
+            out.set("float inputs:radius", radius)?;
             // The axis of a CylinderLight is x.
             let axis = half_axis.as_dvec3();
-            text.set("float inputs:length", &((2.0 * axis.length()) as f32).text())?;
+            out.set("float inputs:length", &((2.0 * axis.length()) as f32))?;
             let x = axis.normalize();
             let y = x.any_orthonormal_vector();
             let rotation = DMat3::from_cols(x, y, x.cross(y));
@@ -266,12 +274,12 @@ pub(crate) fn light<W: Write>(
         }
     };
     let Some(shaping) = shaping else {
-        transform(text, to_world, None)?;
-        return text.close();
+        transform(out, to_world, None)?;
+        return out.close();
     };
-    text.set("float inputs:shaping:cone:angle", &(f64::from(shaping.cone).to_degrees() as f32).text())?;
-    text.set("float inputs:shaping:cone:softness", &shaping.softness.text())?;
-    text.set("float inputs:shaping:focus", &shaping.focus.text())?;
+    out.set("float inputs:shaping:cone:angle", &(f64::from(shaping.cone).to_degrees() as f32))?;
+    out.set("float inputs:shaping:cone:softness", &shaping.softness)?;
+    out.set("float inputs:shaping:focus", &shaping.focus)?;
     // The axis is −z of the light. Points and spheres have no direction of their own, so they turn to the axis.
     let turned = match light {
         Light::Point { .. } | Light::Sphere { .. } => {
@@ -289,6 +297,6 @@ pub(crate) fn light<W: Write>(
         }
         _ => to_world,
     };
-    transform(text, turned, None)?;
-    text.close()
+    transform(out, turned, None)?;
+    out.close()
 }

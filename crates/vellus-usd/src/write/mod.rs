@@ -1,23 +1,48 @@
-//! Writes a scene as .usda.
+//! Writes a scene as text (.usda) or binary (.usdc).
 
+mod crate_file;
+pub(crate) mod encoder;
 mod geometry;
 mod look;
-mod names;
+pub(crate) mod names;
 pub(crate) mod text;
+mod value;
 
 use crate::error::Error;
 use crate::image::{UDIM, encode_exr, split, tile_name};
+use crate::write::encoder::{Encoder, Role};
 use crate::write::geometry::{camera, instance, light, mesh, settings, strands};
 use crate::write::look::{look, surface};
 use crate::write::names::{Names, object_paths};
-use crate::write::text::{Literal, Text};
+use crate::write::text::Text;
+use crate::write::value::{Token, Value, Words};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use vellus_scene::{Fit, Scene, Wrap};
 
-/// Writes a scene as text (.usda), and its textures as OpenEXR into the folder `NAME-textures` next to it. An image of
-/// tiles becomes one file for each tile.
+/// A format of USD.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Text, `.usda`.
+    Text,
+    /// Binary, `.usdc`: smaller and faster. OpenUSD calls it a crate file. Version 0.8, which OpenUSD 20.11 reads.
+    Crate,
+}
+
+impl Format {
+    /// The format that the extension of a file names: `usda` or `usdc`.
+    pub fn of(file: &Path) -> Option<Self> {
+        match file.extension()?.to_str()? {
+            "usda" => Some(Format::Text),
+            "usdc" => Some(Format::Crate),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a scene in the format that the extension names, and its textures as OpenEXR into the folder `NAME-textures`
+/// next to it. An image of tiles becomes one file for each tile.
 ///
 /// [`crate::read()`] restores the same scene, except that:
 /// - the last bit of angles and of the lens radius may differ;
@@ -34,30 +59,27 @@ use vellus_scene::{Fit, Scene, Wrap};
 /// Missing folders are created.
 ///
 /// # Errors
-/// [`Error::Scene`] if the scene is not valid. [`Error::File`] if the name does not end in `.usda`. [`Error::Write`] if
-/// a file cannot be written.
+/// [`Error::Scene`] if the scene is not valid. [`Error::File`] if the name does not end in `.usda` or `.usdc`.
+/// [`Error::Write`] if a file cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     scene.validate()?;
-    if file.extension().is_none_or(|extension| extension != "usda") {
-        return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
-    }
-    let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
-    let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
-    vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
+    let format = Format::of(file).ok_or_else(|| Error::file(file, "the name must end in .usda or .usdc"))?;
+    let names = Names::new(textures(scene, file)?, scene.textures.iter().map(|texture| texture.wrap).collect());
+    vellus_io::write_with(file, |out| encode(scene, &names, format, out)).map_err(|error| Error::write(file, error))
 }
 
-/// Writes a scene without textures as text (.usda), as [`write()`] does.
+/// Writes a scene without textures, as [`write()`] does.
 ///
 /// # Errors
 /// [`Error::Scene`] if the scene is not valid, and [`Error::Write`] with the errors of `out`, or for textures: they
-/// have no place beside the text.
-pub fn write_text(scene: &Scene, out: &mut dyn Write) -> Result<(), Error> {
+/// have no place beside the stage.
+pub fn write_to(scene: &Scene, format: Format, out: &mut dyn Write) -> Result<(), Error> {
     scene.validate()?;
     let written = match scene.textures.len() {
-        0 => stage(scene, Names::default(), Text::new(out)),
+        0 => encode(scene, &Names::default(), format, out),
         count => Err(io::Error::new(io::ErrorKind::InvalidInput, format!("{count} textures need files of their own"))),
     };
-    written.map_err(|error| Error::write(Path::new("the text"), error))
+    written.map_err(|error| Error::write(Path::new("the stage"), error))
 }
 
 /// Writes the textures. Returns their paths relative to the stage.
@@ -94,75 +116,78 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     Ok(names)
 }
 
-fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {
+fn encode(scene: &Scene, names: &Names, format: Format, out: &mut dyn Write) -> io::Result<()> {
+    let fill = |encoder: &mut dyn Encoder| stage(scene, names.clone(), encoder);
+    match format {
+        Format::Text => fill(&mut Text::new(&mut *out))?,
+        Format::Crate => crate_file::write(&mut *out, fill)?,
+    }
+    out.flush()
+}
+
+fn stage(scene: &Scene, mut names: Names, out: &mut dyn Encoder) -> io::Result<()> {
     let moves = scene.all_strands().any(|s| s.moved.is_some())
         || scene.meshes.iter().chain(scene.prototypes.iter().flat_map(|p| &p.meshes)).any(|m| m.moved.is_some())
         || scene.camera.is_some_and(|c| c.moved.is_some());
-    text.line("#usda 1.0")?;
-    text.line("(")?;
-    text.line("    defaultPrim = \"Scene\"")?;
-    text.line("    doc = \"Written by vellus\"")?;
-    if moves {
-        text.line("    endTimeCode = 1")?;
-    }
-    if let Some(units) = &scene.units {
-        text.line(&format!("    metersPerUnit = {}", units.meters_per_unit.text()))?;
+    let units = scene.units.as_ref();
+    let up = Token(if units.is_some_and(|units| units.z_up) { "Z" } else { "Y" });
+    let mut fields: Vec<(&str, &dyn Value)> =
+        vec![("defaultPrim", &Token("Scene")), ("doc", &Words("Written by vellus")), ("upAxis", &up)];
+    if let Some(units) = units {
+        fields.push(("metersPerUnit", &units.meters_per_unit));
     }
     if moves {
-        text.line("    startTimeCode = 0")?;
+        fields.extend([("startTimeCode", &0.0f64 as &dyn Value), ("endTimeCode", &1.0f64)]);
     }
-    let z_up = scene.units.is_some_and(|units| units.z_up);
-    text.line(&format!("    upAxis = \"{}\"", if z_up { "Z" } else { "Y" }))?;
-    text.line(")")?;
-    text.line("")?;
-    let root = text.name("", "Scene");
-    text.open("Xform", &root, "")?;
-    text.open("Scope", "Looks", "")?;
+    out.layer(&fields)?;
+    out.open("Xform", &names.unused("", "Scene"), Role::Plain)?;
+    out.open("Scope", &names.unused("/Scene", "Looks"), Role::Plain)?;
     for item in &scene.looks {
-        let path = look(&mut text, item, &names)?;
+        let path = look(out, item, &mut names)?;
         names.looks.push(path);
     }
     for item in &scene.surfaces {
-        let path = surface(&mut text, item, &names)?;
+        let path = surface(out, item, &mut names)?;
         names.surfaces.push(path);
     }
-    text.close()?;
+    out.close()?;
     if let Some(item) = &scene.camera {
-        camera(&mut text, item, moves)?;
+        camera(out, item, moves, &mut names)?;
         // The default of USD needs no words.
         if item.fit != Fit::Expand {
-            settings(&mut text, item.fit)?;
+            settings(out, item.fit, &mut names)?;
         }
     }
     if !scene.links.is_empty() {
-        names.objects = object_paths(scene);
+        names.objects = object_paths(scene, names.clone());
     }
     for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
         let shaping = scene.shapings.iter().find(|(index, _)| *index == i).map(|(_, shaping)| shaping);
         let link = scene.links.iter().find(|(index, _)| *index == i).map(|(_, link)| link);
-        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, link, &names)?;
+        light(out, item, &group, !scene.unseen_lights.contains(&i), shaping, link, &mut names)?;
     }
     for item in &scene.meshes {
-        mesh(&mut text, "/Scene", item, &names)?;
+        mesh(out, "/Scene", item, &mut names)?;
     }
     for item in &scene.strands {
-        strands(&mut text, "/Scene", item, &names)?;
+        strands(out, "/Scene", item, &mut names)?;
     }
-    let classes: Vec<String> = scene.prototypes.iter().map(|item| text.name("", &item.name)).collect();
+    let classes: Vec<String> = scene.prototypes.iter().map(|item| names.unused("", &item.name)).collect();
     for item in &scene.instances {
-        instance(&mut text, item, &scene.prototypes[item.prototype].name, &format!("/{}", classes[item.prototype]))?;
+        let class = format!("/{}", classes[item.prototype]);
+        instance(out, item, &scene.prototypes[item.prototype].name, &class, &mut names)?;
     }
-    text.close()?;
+    out.close()?;
     for (item, class) in scene.prototypes.iter().zip(&classes) {
         let path = format!("/{class}");
-        text.open_class(class)?;
+        out.open("", class, Role::Class)?;
         for item in &item.meshes {
-            mesh(&mut text, &path, item, &names)?;
+            mesh(out, &path, item, &mut names)?;
         }
         for item in &item.strands {
-            strands(&mut text, &path, item, &names)?;
+            strands(out, &path, item, &mut names)?;
         }
-        text.close()?;
+        out.close()?;
     }
-    text.finish().map(|_| ())
+    Ok(())
 }

@@ -5,10 +5,10 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Fit, Ground, Light, Link, Look, Mesh, Objects, Parameter, Scene, Shaping, Strands, Surface, Texture,
-    Tint, Units, Value, Values, Wrap,
+    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Prototype, Scene, Shaping,
+    Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
 };
-use vellus_usd::{Options, write};
+use vellus_usd::{Format, Options, write, write_to};
 
 /// Numbers without a pattern, the same in each run.
 fn noise(i: usize) -> f32 {
@@ -197,30 +197,115 @@ fn forgive_last_bits(expected: &Scene, found: &mut Scene) {
 
 #[test]
 fn written_scenes_read_back_equal() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("all.usda");
-    let expected = in_order_of_use(scene());
-    write(&expected, &file).unwrap();
-    let (mut found, warnings) = read(&file, &Options::default()).unwrap();
-    assert_eq!(warnings, []);
-    forgive_last_bits(&expected, &mut found);
-    assert_eq!(found.strands, expected.strands);
-    assert_eq!(found.looks, expected.looks);
-    assert_eq!(found, expected);
+    for name in ["all.usda", "all.usdc"] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        let expected = in_order_of_use(scene());
+        write(&expected, &file).unwrap();
+        let (mut found, warnings) = read(&file, &Options::default()).unwrap();
+        assert_eq!(warnings, []);
+        forgive_last_bits(&expected, &mut found);
+        assert_eq!(found.strands, expected.strands);
+        assert_eq!(found.looks, expected.looks);
+        assert_eq!(found, expected);
 
-    // Only the stage and its textures remain.
-    let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
-    files.sort();
-    assert_eq!(files, ["all-textures", "all.usda"]);
-    // Half of the motion while the shutter is open.
-    let (half, _) = read(&file, &Options { shutter: Some([0.0, 0.5]), ..Options::default() }).unwrap();
-    let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
-    let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);
-    assert!(b.moved.as_ref().unwrap()[c].abs_diff_eq(middle, 1e-5));
-    let (closed, _) =
-        read(&file, &Options { frame: Some(1.0), shutter: Some([0.0; 2]), ..Options::default() }).unwrap();
-    assert_eq!(closed.strands[0].points[c].truncate(), a.moved.as_ref().unwrap()[c]);
-    assert!(closed.strands.iter().all(|s| s.moved.is_none()) && closed.camera.unwrap().moved.is_none());
+        // Only the stage and its textures remain.
+        let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
+        files.sort();
+        assert_eq!(files, ["all-textures", name]);
+        // Half of the motion while the shutter is open.
+        let (half, _) = read(&file, &Options { shutter: Some([0.0, 0.5]), ..Options::default() }).unwrap();
+        let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
+        let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);
+        assert!(b.moved.as_ref().unwrap()[c].abs_diff_eq(middle, 1e-5));
+        let closed = Options { frame: Some(1.0), shutter: Some([0.0; 2]), ..Options::default() };
+        let (closed, _) = read(&file, &closed).unwrap();
+        assert_eq!(closed.strands[0].points[c].truncate(), a.moved.as_ref().unwrap()[c]);
+        assert!(closed.strands.iter().all(|s| s.moved.is_none()) && closed.camera.unwrap().moved.is_none());
+    }
+}
+
+/// Arrays that crate files compress, or do not: whole numbers, few and many different numbers, few and no elements.
+fn compressible() -> Scene {
+    let plain = strands("plain", Basis::Linear, &[2; 40], 0);
+    let with = |name: &str, radius: &dyn Fn(usize) -> f32| {
+        let points = plain.points.iter().enumerate().map(|(i, p)| p.truncate().extend(radius(i))).collect();
+        Strands { name: name.to_owned(), points, ..plain.clone() }
+    };
+    let all = vec![
+        with("whole", &|i| (i % 3) as f32),
+        with("few", &|i| [0.1, 0.2, 1e-30][i % 3]),
+        with("most", &|i| 0.1 + (i % 20) as f32),
+        with("many", &|i| 0.1 + (i % 21) as f32),
+        strands("uneven", Basis::Linear, &[2, 2, 2, 200, 2, 40_000, 2, 2, 90_000, 2, 2, 2, 3, 2, 2, 2, 2], 0),
+        strands("empty", Basis::Linear, &[], 0),
+    ];
+    Scene { strands: all, looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))], ..Scene::default() }
+}
+
+#[test]
+fn compressed_arrays_read_back_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let expected = compressible();
+    let [text, binary] = ["a.usda", "a.usdc"].map(|name| folder.path().join(name));
+    write(&expected, &text).unwrap();
+    write(&expected, &binary).unwrap();
+    let found = read(&binary, &Options::default()).unwrap();
+    assert_eq!(found, read(&text, &Options::default()).unwrap());
+    for found in &found.0.strands {
+        let expected = expected.strands.iter().find(|one| one.name == found.name).unwrap();
+        let bits = |s: &Strands| s.points.iter().map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+        assert!(bits(found) == bits(expected) && found.starts == expected.starts, "{}", found.name);
+    }
+    assert_eq!(found.0.strands.len(), 5);
+    assert!(std::fs::metadata(&binary).unwrap().len() < std::fs::metadata(&text).unwrap().len() / 2);
+}
+
+/// Three instances of a prototype, strands with the name of a prim that every stage has, and a light that lights only
+/// the instances.
+fn herd() -> Scene {
+    let fur = strands("fur", Basis::Linear, &[3, 4], 0);
+    let lit = Objects::Only(vec!["fur".into()]);
+    let at = |i: usize| Mat4::from_translation(i as f32 * Vec3::X);
+    Scene {
+        prototypes: vec![Prototype { name: "fox".to_owned(), strands: vec![fur], meshes: vec![] }],
+        instances: (0..3).map(|i| Instance::new(0, at(i))).collect(),
+        strands: ["Looks", "lone"].map(|name| strands(name, Basis::Linear, &[2], 0)).to_vec(),
+        looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
+        lights: vec![Light::Point { position: Vec3::Y, intensity: [1.0; 3] }],
+        links: vec![(0, Link { lit, ..Link::default() })],
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn instances_read_back_from_both_formats() {
+    let scene = herd();
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["herd.usda", "herd.usdc"] {
+        let file = folder.path().join(name);
+        write(&scene, &file).unwrap();
+        let (found, warnings) = read(&file, &Options { instances: true, ..Options::default() }).unwrap();
+        assert_eq!(warnings, []);
+        assert_eq!(
+            (found.instances, &found.prototypes[0].strands),
+            (scene.instances.clone(), &scene.prototypes[0].strands)
+        );
+        assert_eq!((found.strands, found.links), (scene.strands.clone(), scene.links.clone()));
+    }
+}
+
+#[test]
+fn a_stage_is_the_same_in_a_file_and_in_a_stream() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, format) in [("a.usda", Format::Text), ("a.usdc", Format::Crate)] {
+        let file = folder.path().join(name);
+        write(&compressible(), &file).unwrap();
+        let mut stream = Vec::new();
+        write_to(&compressible(), format, &mut stream).unwrap();
+        assert!(std::fs::read(&file).unwrap() == stream);
+        assert_eq!(Format::of(&file), Some(format));
+    }
 }
 
 #[test]
@@ -232,7 +317,7 @@ fn a_failed_write_is_an_error_and_keeps_the_old_file() {
     broken.strands[0].points[1] = Vec4::NAN;
     assert!(write(&broken, &file).unwrap_err().to_string().contains("must be finite"));
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "old");
-    assert!(write(&scene(), &folder.path().join("a.usdc")).unwrap_err().to_string().contains(".usda"));
+    assert!(write(&scene(), &folder.path().join("a.usd")).unwrap_err().to_string().contains(".usda or .usdc"));
     let nowhere = folder.path().join("old.usda/a.usda");
     let error = write(&Scene { textures: Vec::new(), ..Scene::default() }, &nowhere).unwrap_err().to_string();
     assert!(error.contains("old.usda/a.usda"), "{error}");
@@ -274,19 +359,41 @@ print(','.join(sorted(kinds)))
 stage.Export(sys.argv[2])
 assert UsdUtils.CreateNewUsdzPackage(sys.argv[1], sys.argv[3])
 ";
-    let Some(mut python) = crate::common::pixar() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("all.usda");
-    write(&scene(), &file).unwrap();
-    let [binary, package] = ["all.usdc", "all.usdz"].map(|name| folder.path().join(name));
-    let run = python.arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
-    let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
-    assert!(run.status.success() && err.is_empty(), "{out}{err}");
-    let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();
-    assert_eq!((count("BasisCurves"), count("Mesh"), count("Camera"), count("Material")), (4, 2, 1, 4));
-    // The result of Pixar's library reads the same, in binary and with the textures in a package.
-    let (text, _) = read(&file, &Options::default()).unwrap();
-    for other in [binary, package] {
-        assert_eq!(read(&other, &Options::default()).unwrap().0, text, "{}", other.display());
+    for name in ["all.usda", "all.usdc"] {
+        let Some(mut python) = crate::common::pixar() else { return };
+        let file = folder.path().join(name);
+        write(&scene(), &file).unwrap();
+        let [binary, package] = ["copy.usdc", "copy.usdz"].map(|name| folder.path().join(name));
+        let run = python.arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
+        let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+        assert!(run.status.success() && err.is_empty(), "{name}: {out}{err}");
+        let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();
+        assert_eq!((count("BasisCurves"), count("Mesh"), count("Camera"), count("Material")), (4, 2, 1, 4));
+        // The result of Pixar's library reads the same, in binary and with the textures in a package.
+        let (written, _) = read(&file, &Options::default()).unwrap();
+        for other in [binary, package] {
+            assert_eq!(read(&other, &Options::default()).unwrap().0, written, "{name}: {}", other.display());
+        }
+    }
+}
+
+/// Pixar's library finds the same prims, fields and values in both formats, and the same order.
+#[test]
+fn usd_core_finds_the_same_layer_in_both_formats() {
+    const CHECK: &str = "
+import sys
+from pxr import Sdf
+text, binary = (Sdf.Layer.FindOrOpen(path) for path in sys.argv[1:])
+assert (text.GetFileFormat().formatId, binary.GetFileFormat().formatId) == ('usda', 'usdc')
+assert text.ExportToString() == binary.ExportToString(), binary.ExportToString()
+";
+    let folder = tempfile::tempdir().unwrap();
+    for scene in [scene(), compressible(), herd(), Scene { camera: scene().camera, ..Scene::default() }] {
+        let Some(mut python) = crate::common::pixar() else { return };
+        let files = ["a.usda", "a.usdc"].map(|name| folder.path().join(name));
+        files.iter().for_each(|file| write(&scene, file).unwrap());
+        let run = python.arg("-c").arg(CHECK).args(files).output().unwrap();
+        assert!(run.status.success() && run.stderr.is_empty(), "{}", String::from_utf8_lossy(&run.stderr));
     }
 }
