@@ -53,6 +53,7 @@ pub use light::{Ground, Light, Shaping};
 pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
+pub use select::Broken;
 pub use strands::{Basis, MAX_COORDINATE, Strands, Values};
 pub use texture::{Texture, Wrap};
 pub use units::Units;
