@@ -99,7 +99,7 @@ fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), E
     // The image may be that of a light.
     let counted = budget.image(&texture, bytes.len()).and_then(|()| budget.light(&texture));
     counted.map_err(|what| Error::file(file, what))?;
-    Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
+    Ok((texture, warning.map(|what| Warning { fault: None, prims: vec![file.display().to_string()], what })))
 }
 
 /// A decoded image, and a warning about its pixels.

@@ -3,8 +3,10 @@
 mod bindings;
 mod cameras;
 mod curves;
+mod faults;
 mod fibers;
 mod instances;
+mod ledger;
 mod lights;
 mod materialx;
 mod meshes;
@@ -12,6 +14,7 @@ mod motion;
 mod primvars;
 mod shading;
 mod stages;
+mod syntax;
 mod transforms;
 
 use crate::common::read_text;
