@@ -137,7 +137,7 @@ pub(crate) fn check(reader: &mut Reader) -> Result<(), Error> {
 
 fn is_ignored(name: &str) -> bool {
     let matches = |known: &&str| if known.ends_with(':') { name.starts_with(known) } else { name == *known };
-    let known = IGNORED.iter().any(|(_, names)| names.iter().any(|known| matches(known)));
+    let known = IGNORED.iter().any(|(_, names)| names.iter().any(&matches));
     known && !EFFECTIVE.iter().any(|prefix| name.starts_with(prefix))
 }
 
