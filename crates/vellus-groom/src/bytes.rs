@@ -32,20 +32,15 @@ impl<'a> Bytes<'a> {
         self.u32(offset, name).map(f32::from_bits)
     }
 
-    /// Points within ±[`MAX_COORDINATE`]. `stride` is the distance between points in bytes, at least 12.
+    /// Points, with any coordinates: see [`vellus_scene::Strands::remove_broken`]. `stride` is the distance between
+    /// points in bytes, at least 12.
     pub fn points(&self, offset: usize, count: usize, stride: usize) -> Result<Vec<Vec3>, Error> {
         let bytes = self.array(offset, count, stride, "points")?;
-        let mut points = Vec::with_capacity(count);
-        for (i, bytes) in bytes.chunks_exact(stride).enumerate() {
+        let point = |bytes: &[u8]| {
             let mut coordinates = f32s(&bytes[..12]);
-            let point = Vec3::from_array(std::array::from_fn(|_| coordinates.next().unwrap_or_default()));
-            if !point.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE) {
-                let what = format!("point {i} is {point}: it must be finite and within ±{MAX_COORDINATE:e}");
-                return Err(self.fail(offset + i * stride, what));
-            }
-            points.push(point);
-        }
-        Ok(points)
+            Vec3::from_array(std::array::from_fn(|_| coordinates.next().unwrap_or_default()))
+        };
+        Ok(bytes.chunks_exact(stride).map(point).collect())
     }
 
     /// Numbers that satisfy `good`. `range` describes the condition for messages.

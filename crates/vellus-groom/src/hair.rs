@@ -25,6 +25,9 @@ const COLORS: u32 = 16;
 /// of the file. Colours of points become [`Parameter::Reflectance`] as linear RGB. Transparency and the default colour
 /// are ignored: [`hair_header`] has them.
 ///
+/// Strands with one point, or with numbers of which nothing can be rendered, are there too:
+/// [`Strands::remove_broken`] removes them.
+///
 /// # Errors
 /// [`Error::File`] if the file is invalid. [`Error::NoWidth`] if there is no width at all. [`Error::Width`] if `width`
 /// is not in [0, 2·10⁹].
@@ -52,8 +55,7 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     let starts = starts(&file, arrays & SEGMENTS != 0, segments_at, count, total)?;
     let positions = file.points(points_at, total, 12)?;
     let thickness = if arrays & THICKNESS != 0 {
-        let good = |x: f32| (0.0..=MAX_WIDTH).contains(&x);
-        Some(file.floats(thickness_at, total, "thicknesses", good, "one must be in [0, 2e9]")?)
+        Some(file.floats(thickness_at, total, "thicknesses", |_| true, "")?)
     } else {
         None
     };
@@ -63,7 +65,7 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     let points: Option<Vec<Vec4>> = points.collect();
     let mut varying = Vec::new();
     if arrays & COLORS != 0 {
-        let good = |x: f32| (0.0..=1.0).contains(&x);
+        let good = |x: f32| x.is_nan() || (0.0..=1.0).contains(&x);
         let colors = file.floats(colors_at, total.saturating_mul(3), "colours", good, "a channel must be in [0, 1]")?;
         let colors = colors.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         varying.push((Parameter::Reflectance, Values::PerPoint(colors)));
@@ -125,8 +127,8 @@ pub fn hair_header(bytes: &[u8], name: &str) -> Result<HairHeader, Error> {
 /// The index of the first point of each strand, from the array of segments, or from the default in the header.
 fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> Result<Vec<u32>, Error> {
     let default = file.u32(16, "segments")?;
-    // A strand has at least two points of 12 bytes. This limits the allocation by the size of the file.
-    if count > file.bytes.len() / 24 {
+    // A strand has at least one point of 12 bytes. This limits the allocation by the size of the file.
+    if count > file.bytes.len() / 12 {
         return Err(file.fail(4, format!("{count} strands do not fit into a file of {} bytes", file.bytes.len())));
     }
     let segments = if array { file.array(at, count, 2, "segment counts")? } else { &[] };
@@ -136,9 +138,6 @@ fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> R
     for i in 0..count {
         let segments = segments.get(2 * i..2 * i + 2).map_or(default, |b| u16::from_le_bytes([b[0], b[1]]).into());
         let offset = if array { at + 2 * i } else { 16 };
-        if segments == 0 {
-            return Err(file.fail(offset, format!("strand {i} has no segments: it must have at least one")));
-        }
         end += u64::from(segments) + 1;
         if end > total as u64 {
             return Err(file.fail(offset, format!("strand {i} ends at point {end}, but there are {total} points")));

@@ -17,6 +17,8 @@ use vellus_scene::{Basis, Strands};
 /// TressFX itself ignores the widths of the format and leaves them to the application. Fourth coordinates are weights
 /// of its simulation and are ignored.
 ///
+/// Strands with coordinates of which nothing can be rendered are there too: [`Strands::remove_broken`] removes them.
+///
 /// # Errors
 /// [`Error::File`] if the file is invalid. [`Error::NoWidth`] if `width` is `None`. [`Error::Width`] if it is not in
 /// [0, 2·10⁹].
@@ -50,7 +52,7 @@ pub fn read_tfx(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands,
     let root_uv = match offset(offsets_at + 4, "uv")? {
         0 => None,
         at => {
-            let uv = file.floats(at, 2 * count, "uv", f32::is_finite, "one must be finite")?;
+            let uv = file.floats(at, 2 * count, "uv", |_| true, "")?;
             Some(uv.chunks_exact(2).map(Vec2::from_slice).collect())
         }
     };

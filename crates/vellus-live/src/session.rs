@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 use vellus::{Fiber, FiberBuilder};
 use vellus_models::ModelKind;
-use vellus_open::{Opened, Options, Staging};
+use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
@@ -53,6 +53,8 @@ pub struct Session {
     pub denoise: bool,
     pub denoiser: Result<Denoiser, String>,
     scene_units: Option<vellus_scene::Units>,
+    /// What the file has that was left out or replaced.
+    warnings: Vec<String>,
 }
 
 /// The longer side of the picture at first, which has the shape of the camera's film.
@@ -72,7 +74,8 @@ impl Session {
 
     /// Prepares an opened scene.
     pub fn new(name: String, opened: Opened) -> Result<Self, vellus_scene::Error> {
-        let Opened { scene, is_metered, .. } = opened;
+        let Opened { scene, is_metered, warnings, .. } = opened;
+        let warnings = Warning::lines(&warnings);
         let source = Arc::new(scene.strands.clone());
         let own = scene.strands.iter().map(|strands| strands.varying.clone()).collect();
         let (low, high) = scene.bounds().unwrap_or_default();
@@ -105,6 +108,7 @@ impl Session {
             denoise: false,
             denoiser: Denoiser::load().map_err(|error| error.to_string()),
             scene_units: units,
+            warnings,
         };
         session.world.set_camera(session.orbit.camera())?;
         if is_metered {
@@ -439,6 +443,7 @@ impl Session {
             kind: "state",
             revision,
             scene: vellus_io::visible(&self.name),
+            warnings: self.warnings.iter().map(|warning| vellus_io::visible(warning)).collect(),
             summary: format!("{strands} strands, {}", self.world.summary()),
             looks: self.now.looks.iter().enumerate().map(look).collect(),
             lights: self.lights.iter().zip(&self.now.changes).map(light).collect(),

@@ -14,6 +14,8 @@ pub struct State {
     pub revision: u64,
     /// Name of the scene.
     pub scene: String,
+    /// What the file has that was left out or replaced: the warnings of the command.
+    pub warnings: Vec<String>,
     /// Strands and segments, in words.
     pub summary: String,
     /// Looks of strands.

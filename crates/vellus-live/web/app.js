@@ -22,9 +22,10 @@ connection.addEventListener("offline", () => { $("offline").hidden = false; });
 connection.addEventListener("problem", ({ detail }) => say(detail, true));
 connection.addEventListener("state", ({ detail }) => {
   const note = state?.note;
+  const told = state?.warnings.join("\n") ?? "";
   state = detail;
   $("scene").textContent = state.scene;
-  $("scene").title = state.summary;
+  $("scene").title = [state.summary, ...state.warnings].join("\n");
   document.title = `${state.scene} – Vellus live`;
   $("busy").hidden = !state.busy;
   $("busy").textContent = state.busy ? `${state.busy} …` : "";
@@ -51,6 +52,10 @@ connection.addEventListener("state", ({ detail }) => {
   viewport.setSize(state.size, state.crop);
   press($("crop"), Boolean(state.crop) || viewport.mode === "crop");
   panels.update(state);
+  if (state.warnings.length && state.warnings.join("\n") !== told) {
+    const more = state.warnings.length > 1 ? ` (and ${state.warnings.length - 1} more: see the scene's name)` : "";
+    say(`${state.warnings[0]}${more}`, true);
+  }
   if (state.note && state.note !== note) say(state.note, true);
 });
 

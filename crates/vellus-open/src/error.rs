@@ -3,7 +3,7 @@
 use crate::FiberError;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use vellus_scene::MAX_COPIED;
+use vellus_scene::{Broken, MAX_COPIED};
 
 /// The reason why a scene cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -49,6 +49,17 @@ pub enum Error {
         /// What the operating system reports.
         source: std::io::Error,
     },
+    /// No strand of a file can be rendered.
+    #[error("{}: {broken}: nothing is left", path.display())]
+    Broken {
+        /// The file.
+        path: PathBuf,
+        /// Its strands.
+        broken: Broken,
+    },
+    /// There are warnings, and [`Options::strict`](crate::Options::strict) is set.
+    #[error("{}", strict(.0))]
+    Strict(Vec<Warning>),
     /// A file of strands or polygons is invalid.
     #[error(transparent)]
     Strands(#[from] vellus_groom::Error),
@@ -98,6 +109,17 @@ pub enum Error {
     },
 }
 
+/// All warnings, one a line.
+fn strict(warnings: &[Warning]) -> String {
+    let lines: String = warnings.iter().map(|warning| format!("\n  {warning}")).collect();
+    let count = if warnings.len() == 1 {
+        "a warning is an error".to_owned()
+    } else {
+        format!("{} warnings are errors", warnings.len())
+    };
+    format!("{count} with --strict:{lines}")
+}
+
 /// The command that converts an Alembic file to a USD file with the same name.
 fn alembic_command(path: &Path) -> String {
     let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', "'\\''"));
@@ -139,6 +161,13 @@ pub enum Warning {
         /// The darkest and the brightest colour that pigment gives.
         range: [f32; 2],
     },
+    /// Some strands of a file were left out.
+    Broken {
+        /// The name of the strands.
+        strands: String,
+        /// Which.
+        broken: Broken,
+    },
     /// These strands have no widths and were omitted.
     NoWidths(String),
     /// These strands are transparent in their file.
@@ -146,6 +175,31 @@ pub enum Warning {
 }
 
 impl Warning {
+    /// Warnings in words. Those of one [`vellus_usd::Fault`] become one line, with their number and the first of them.
+    pub fn lines(warnings: &[Warning]) -> Vec<String> {
+        let fault_of = |warning: &Warning| match warning {
+            Warning::Usd(warning) => warning.fault,
+            _ => None,
+        };
+        let mut seen = Vec::new();
+        let line = |warning: &Warning| {
+            let Some(fault) = fault_of(warning) else { return Some(warning.to_string()) };
+            if seen.contains(&fault) {
+                return None;
+            }
+            seen.push(fault);
+            let all = warnings.iter().filter(|other| fault_of(other) == Some(fault));
+            let prims = |warning: &Warning| if let Warning::Usd(warning) = warning { warning.prims.len() } else { 0 };
+            Some(match (all.map(prims).sum(), warning) {
+                (count @ 2.., Warning::Usd(vellus_usd::Warning { prims, what, .. })) => {
+                    format!("{count} {fault} could not be read: the first is {}: {what}", prims[0])
+                }
+                _ => warning.to_string(),
+            })
+        };
+        warnings.iter().filter_map(line).collect()
+    }
+
     /// A fibre does not apply to a file with its `own` fibres; without any, the file has no strands.
     pub(crate) fn unused_fiber(file: &Path, own: &[&str]) -> Self {
         let why = match own {
@@ -172,6 +226,7 @@ impl fmt::Display for Warning {
                  used",
                 100.0 * share
             ),
+            Warning::Broken { strands, broken } => write!(f, "{strands}: {broken}"),
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
             Warning::Transparent(strands) => write!(f, "{strands}: transparency is not supported: it is opaque"),
         }

@@ -67,6 +67,8 @@ pub struct Options {
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
     pub instances: bool,
+    /// Whether a warning is an error ([`Error::Strict`]).
+    pub strict: bool,
     /// Prepares the scene for a picture. `None` leaves it as it is in the file.
     pub staging: Option<Staging>,
 }
@@ -187,6 +189,7 @@ pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error
 ///
 /// # Errors
 /// Those of [`check`]. [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
+/// [`Error::Broken`] if nothing of it can be rendered. [`Error::Strict`] if there are warnings, and none may be.
 /// [`Error::Fiber`] if [`Options::recolor`] is wrong for a fibre of the scene.
 pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error> {
     // Strands without widths get the width 0 first, and later a suggested one.
@@ -207,6 +210,9 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         if !built_in || *staging != Staging::new(staging.aspect) {
             staging::stage(&mut opened, staging, built_in, still)?;
         }
+    }
+    if options.strict && !opened.warnings.is_empty() {
+        return Err(Error::Strict(opened.warnings));
     }
     if let Some(share) = options.strands {
         opened.scene.all_strands_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
@@ -253,7 +259,7 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
     let file = path.display().to_string();
     let missing = options.width.or(missing);
     let (mut sources, mut header) = (Sources::new(), None);
-    let strands = match check(path, options)? {
+    let mut strands = match check(path, options)? {
         Format::BuiltIn(name) => {
             let unknown = || Error::Unknown(path.to_owned());
             let mut scene = vellus_groom::scene(name, options.small).ok_or_else(unknown)?;
@@ -284,10 +290,17 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
             return Ok(opened);
         }
     };
+    let mut warnings = Vec::new();
+    if let Some(broken) = strands.remove_broken() {
+        if strands.is_empty() {
+            return Err(Error::Broken { path: path.to_owned(), broken });
+        }
+        warnings.push(Warning::Broken { strands: strands.name.clone(), broken });
+    }
     let (name, fiber) = options.fiber();
     let scene = Scene { strands: vec![strands], looks: vec![Look::constant(name, fiber)], ..Scene::default() };
     let is_transparent = header.is_some_and(|header| header.transparency != Some(0.0));
-    let warnings = is_transparent.then_some(Warning::Transparent(file)).into_iter().collect();
+    warnings.extend(is_transparent.then(|| Warning::Transparent(file)));
     Ok(Opened { scene, sources, warnings, header, ..Opened::default() })
 }
 
@@ -392,6 +405,50 @@ def BasisCurves \"hair\" {
             let staged = |opened: &Opened| Scene { strands: vec![], ..opened.scene.clone() };
             assert!(first.is_metered && staged(&first) == staged(&last));
         }
+    }
+
+    /// Two textures and a light that cannot be read share a line, and each is an error with `strict`.
+    #[test]
+    fn warnings_of_one_kind_share_a_line_and_may_be_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.usda");
+        let light = |name: &str| format!("def DomeLight \"{name}\" {{ asset inputs:texture:file = @{name}.hdr@ }}\n");
+        let curves = "def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2, 1]
+            point3f[] points = [(0,0,0), (1,0,0), (2,0,0)] float[] widths = [1, 1, 1] }";
+        std::fs::write(&path, format!("#usda 1.0\n{}{}{}{curves}", light("x"), light("y"), light("z"))).unwrap();
+        let opened = open(&path, &Options::default()).unwrap();
+        let lines = Warning::lines(&opened.warnings);
+        assert_eq!((opened.warnings.len(), lines.len()), (4, 2), "{lines:?}");
+        assert!(
+            lines[0].starts_with("3 textures could not be read: the first is /x: inputs:texture:file"),
+            "{lines:?}"
+        );
+        assert!(lines[1].starts_with("/c: 1 of 2 strands are left out (strand 1)"), "{lines:?}");
+        let strict = open(&path, &Options { strict: true, ..Options::default() }).unwrap_err();
+        assert!(matches!(&strict, Error::Strict(warnings) if warnings.len() == 4));
+        assert!(strict.to_string().starts_with("4 warnings are errors with --strict:\n  /x: "), "{strict}");
+    }
+
+    /// A .hair file with two strands, one of them with a single point, and one with that strand alone.
+    #[test]
+    fn broken_strands_of_hair_files_are_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |segments: &[u16]| {
+            let points: u32 = segments.iter().map(|n| u32::from(*n) + 1).sum();
+            let mut bytes = b"HAIR".to_vec();
+            for word in [segments.len() as u32, points, 3, 0, 1f32.to_bits()] {
+                bytes.extend(word.to_le_bytes());
+            }
+            bytes.resize(128, 0);
+            segments.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+            (0..3 * points).for_each(|x| bytes.extend((x as f32).to_le_bytes()));
+            let path = folder.path().join("a.hair");
+            std::fs::write(&path, bytes).unwrap();
+            path
+        };
+        let opened = open(write(&[1, 0]), &Options::default()).unwrap();
+        assert_eq!((opened.scene.strands[0].len(), opened.warnings.len()), (1, 1));
+        assert!(matches!(open(write(&[0]), &Options::default()), Err(Error::Broken { .. })));
     }
 
     #[test]

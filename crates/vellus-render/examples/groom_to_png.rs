@@ -16,11 +16,14 @@ fn load(path: &str) -> Result<Scene, Box<dyn std::error::Error>> {
     let bytes = vellus_io::read_at_most(Path::new(path), vellus_groom::MAX_FILE_BYTES)?;
     // Files without widths get this diameter, in their own unit.
     let width = Some(0.01);
-    let strands = if path.ends_with(".tfx") {
+    let mut strands = if path.ends_with(".tfx") {
         vellus_groom::read_tfx(&bytes, path, width)?
     } else {
         vellus_groom::read_hair(&bytes, path, width)?
     };
+    if let Some(broken) = strands.remove_broken() {
+        eprintln!("warning: {path}: {broken}");
+    }
     let look = Look::constant("brown", Fiber::preset(Species::RedFox));
     Ok(Scene { strands: vec![strands], looks: vec![look], ..Scene::default() })
 }

@@ -57,6 +57,7 @@ pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use polygon::triangulate;
 pub use scene::Scene;
+pub use select::Broken;
 pub use strands::{Basis, MAX_COORDINATE, Strands, Values};
 pub use texture::{Texture, Wrap};
 pub use units::Units;

@@ -1,6 +1,41 @@
 //! Some of the strands of a set.
 
-use crate::strands::{Strands, Values};
+use crate::strands::{Basis, MAX_COORDINATE, Strands, Values, is_within};
+use std::fmt;
+
+/// Strands that were left out because nothing can be rendered of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// Their indices, in order. There is at least one.
+    pub strands: Vec<usize>,
+    /// How many strands there were.
+    pub of: usize,
+    /// The basis of all.
+    pub basis: Basis,
+}
+
+impl fmt::Display for Broken {
+    /// Names at most five strands.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let points = match self.basis {
+            Basis::Linear => "at least 2 points",
+            Basis::Bezier => "3k + 1 points (4, 7, 10, …)",
+            Basis::BSpline | Basis::CatmullRom => "at least 4 points, or 2 if it is pinned",
+        };
+        let shown: Vec<String> = self.strands.iter().take(5).map(usize::to_string).collect();
+        let more = if self.strands.len() > shown.len() { ", …" } else { "" };
+        write!(
+            f,
+            "{} of {} strands are left out (strand {}{more}): a {:?} curve has {points}, all coordinates are finite \
+             and within ±{MAX_COORDINATE:e}, widths are in [0, {:e}], and other values are finite",
+            self.strands.len(),
+            self.of,
+            shown.join(", "),
+            self.basis,
+            2.0 * MAX_COORDINATE
+        )
+    }
+}
 
 impl Strands {
     /// The strands for which `factor` returns a number, with their radii times that number. It receives the index of a
@@ -39,6 +74,35 @@ impl Strands {
         }
     }
 
+    /// Removes the strands of which nothing can be rendered: those with a number of points that the basis does not
+    /// allow, and those with coordinates, radii or other values for which [`Strands::validate`] fails. Returns which.
+    ///
+    /// All arrays must have the lengths that `starts` says.
+    pub fn remove_broken(&mut self) -> Option<Broken> {
+        let strands: Vec<usize> = (0..self.len()).filter(|&i| self.is_broken(i)).collect();
+        if strands.is_empty() {
+            return None;
+        }
+        let broken = Broken { of: self.len(), basis: self.basis, strands };
+        *self = self.select(|i| broken.strands.binary_search(&i).is_err().then_some(1.0));
+        Some(broken)
+    }
+
+    fn is_broken(&self, i: usize) -> bool {
+        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
+        let is_good = |p: &glam::Vec4| is_within(p.truncate()) && (0.0..=MAX_COORDINATE).contains(&p.w);
+        let is_finite = |value: &[f32; 3]| value.iter().all(|x| x.is_finite());
+        self.basis.segments(range.len()).is_none()
+            || !self.points[range.clone()].iter().all(is_good)
+            || self.moved.as_ref().is_some_and(|moved| !moved[range.clone()].iter().all(|p| is_within(*p)))
+            || self.root_uv.as_ref().is_some_and(|uv| !uv[i].is_finite())
+            || self.varying.iter().any(|(_, values)| match values {
+                Values::Constant(_) => false,
+                Values::PerStrand(values) => !is_finite(&values[i]),
+                Values::PerPoint(values) => !values[range.clone()].iter().all(is_finite),
+            })
+    }
+
     /// The rank of a strand in [0, 1): pseudo-random numbers that depend on its index only. The strands of the ranks
     /// below s are a random share s of all strands, and a subset of those of any larger share.
     pub fn rank(strand: usize) -> f32 {
@@ -56,6 +120,31 @@ mod tests {
     use crate::strands::Basis;
     use glam::{Vec2, Vec3, Vec4};
     use vellus::Parameter;
+
+    #[test]
+    fn broken_strands_are_removed_and_named() {
+        let points =
+            [[0.0, 0.0], [1.0, 0.0], [f32::NAN, 0.0], [3.0, 0.0], [4.0, 0.0], [5.0, -1.0], [6.0, 0.0], [7.0, 0.0]];
+        let mut strands = Strands {
+            name: "fur".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, 2, 4, 5, 6, 8],
+            points: points.map(|[x, w]| Vec4::new(x, 0.0, 0.0, w)).to_vec(),
+            moved: None,
+            root_uv: Some(vec![Vec2::ZERO, Vec2::ZERO, Vec2::ZERO, Vec2::ZERO, Vec2::ONE]),
+            look: 0,
+            varying: Vec::new(),
+        };
+        let broken = strands.remove_broken().unwrap();
+        assert_eq!((broken.strands.as_slice(), broken.of), (&[1, 2, 3][..], 5));
+        assert!(
+            broken
+                .to_string()
+                .starts_with("3 of 5 strands are left out (strand 1, 2, 3): a Linear curve has at least 2")
+        );
+        assert_eq!((strands.starts.as_slice(), strands.points[2].x), (&[0, 2, 4][..], 6.0));
+        assert_eq!((strands.validate(), strands.remove_broken()), (Ok(()), None));
+    }
 
     /// Every array keeps the values of the strands that are kept.
     #[test]

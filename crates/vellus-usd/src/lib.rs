@@ -20,14 +20,15 @@
 //! ```
 //!
 //! # What is read
-//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic or pinned. Widths (diameters) may have any
-//!   interpolation. The uv of the roots come from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender).
+//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic, pinned or periodic; **HermiteCurves**.
+//!   Widths (diameters) may have any interpolation. The uv of the roots come from the primvar that the shader names, or
+//!   from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender). `displayColor` colours curves without a material.
 //! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or
 //!   `outputs:surface` of the material. `inputs:preset` is a name of [`vellus::Fiber::named`]. Every
 //!   [`vellus_scene::Parameter`] has an input named by its key. Angles are in degrees. An input may be connected to a
 //!   UsdUVTexture, which is sampled at the uv of the root, or to a UsdPrimvarReader. `primvars:vellus:KEY` on curves,
-//!   of any interpolation, overrides the shader. A constant input outside its range
-//!   ([`vellus_scene::Parameter::range`]) is an error. A primvar outside the range gives a warning and is clamped.
+//!   of any interpolation, overrides the shader. A constant input or a primvar
+//!   outside its range ([`vellus_scene::Parameter::range`]) gives a warning and is clamped.
 //!   Values of textures and values between points are clamped without a warning.
 //! - Shaders of other programs for hair: `ND_chiang_hair_bsdf` (MaterialX), `arnold:standard_hair`, `kma_hair` and
 //!   `kma_fur` (Karma), `PxrMarschnerHair` (RenderMan), and the colour of UsdPreviewSurface on curves. A warning
@@ -52,8 +53,9 @@
 //! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
 //!   black.
 //!
-//! A [`Warning`] names everything else that would be visible. Lengths stay in the unit of the scene, whatever
-//! `metersPerUnit` is.
+//! A [`Warning`] names everything else that would be visible, and every part that could not be read and was left out or
+//! replaced ([`Fault`]). Only a file of which nothing can be shown, and what [`Options`] names, are errors. Lengths
+//! stay in the unit of the scene, whatever `metersPerUnit` is.
 //!
 //! # Limits
 //! A stage has at most 65,536 files with 16 GiB in total. It has at most 100,000 composed sites (prims and the
@@ -83,5 +85,5 @@ pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_sky, load_texture};
 pub use read::look::FALLBACK_LOOK;
 pub use read::{Options, Reading, RenderSettings, read, read_material};
-pub use warning::Warning;
+pub use warning::{Fault, Warning};
 pub use write::{Format, write, write_to};

@@ -2,8 +2,8 @@
 
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::output;
-use crate::render::explain;
-use crate::say::{note, say};
+use crate::render::{explain, warn};
+use crate::say::say;
 use anyhow::Result;
 use std::path::PathBuf;
 use vellus::Color;
@@ -45,6 +45,9 @@ pub struct Args {
     /// Write only the strands, without the rest of the scene.
     #[arg(long)]
     strands_only: bool,
+    /// End with an error if there is a warning about the mesh or an image. For farms and checks.
+    #[arg(long)]
+    strict: bool,
     /// A preset (see `vellus fiber list`), or a TOML or JSON file [default: a brown dog].
     #[arg(long, value_name = "NAME|FILE")]
     fiber: Option<PathBuf>,
@@ -68,7 +71,10 @@ pub fn run(args: &Args) -> Result<()> {
     // Before the mesh is read.
     growth.check()?;
     output::writable(&args.output)?;
-    let grown = growth.grow(&args.mesh, |warning| note!("warning: {warning}")).map_err(explain)?;
+    let mut warnings = Vec::new();
+    let grown = growth.grow(&args.mesh, |warning| warnings.push(warning.clone()));
+    warn(&warnings, args.strict)?;
+    let grown = grown.map_err(explain)?;
     vellus_usd::write(&grown.scene, &args.output)?;
     let Grown { strands, segments, .. } = grown;
     let output = args.output.display();

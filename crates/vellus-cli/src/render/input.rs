@@ -5,7 +5,7 @@ use crate::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use vellus_io::parse;
-use vellus_open::{Error, Format, Opened, Options, Staging};
+use vellus_open::{Error, Format, Opened, Options, Staging, Warning};
 
 /// Which scene.
 #[derive(clap::Args, Clone)]
@@ -37,6 +37,9 @@ pub struct Input {
     /// Camera of a USD file, by name or path [default: the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// End with an error if there is a warning about the scene. For farms and checks.
+    #[arg(long)]
+    strict: bool,
     /// Time code of a USD file.
     #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
@@ -56,6 +59,7 @@ impl Input {
             strands: self.strands,
             camera: self.camera.clone(),
             frame: self.frame,
+            strict: self.strict,
             instances: staging.is_some(),
             staging,
             ..Options::default()
@@ -88,10 +92,27 @@ impl Input {
 
 /// The scene or the error, in terms of options; warnings are printed, once for all frames.
 fn report(opened: Result<Opened, Error>) -> Result<Opened> {
+    if let Err(Error::Strict(warnings)) = &opened {
+        warn(warnings, true)?;
+    }
     let opened = opened.map_err(explain)?;
-    opened.warnings.iter().for_each(|warning| say::note_once(format!("warning: {warning}")));
+    warn(&opened.warnings, false)?;
     opened.notes().for_each(say::note_once);
     Ok(opened)
+}
+
+/// Prints warnings. Those of one kind become one line, unless they are errors: then each has its line.
+pub fn warn(warnings: &[Warning], is_strict: bool) -> Result<()> {
+    if !is_strict {
+        Warning::lines(warnings).iter().for_each(|warning| say::note_once(format!("warning: {warning}")));
+        return Ok(());
+    }
+    warnings.iter().for_each(|warning| say::note_once(format!("error: {warning}")));
+    match warnings.len() {
+        0 => Ok(()),
+        1 => bail!("there is a warning, which is an error with --strict"),
+        count => bail!("there are {count} warnings, which are errors with --strict"),
+    }
 }
 
 /// Names the options that an error is about.

@@ -21,7 +21,7 @@ use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
 use vellus_render::{Filter, Layer, Lod, MAX_SAMPLES, Mode};
 
-pub use input::{Input, explain};
+pub use input::{Input, explain, warn};
 pub use merge::{MergeArgs, merge};
 
 /// A list of layers. The name keeps the parser from reading one layer for each argument.

@@ -72,15 +72,12 @@ fn equal_strands_need_no_segment_counts() {
 fn errors_name_the_place_of_the_damage() {
     let good = write_hair(&strands()).unwrap();
     type Damage = fn(&mut Vec<u8>);
-    let damages: [(Damage, &str); 8] = [
+    let damages: [(Damage, &str); 5] = [
         (|b| b.truncate(100), "1 header of 128 bytes belong here, but 100 bytes are left"),
         (|b| b[0] = b'X', "byte 0: a .hair file begins with HAIR"),
         (|b| b.truncate(200), "byte 134: 11 points of 12 bytes belong here, but 66 bytes are left"),
         (|b| b[4..8].copy_from_slice(&10_000_000u32.to_le_bytes()), "byte 4: 10000000 strands do not fit"),
-        (|b| b[128] = 0, "byte 128: strand 0 has no segments"),
         (|b| b[130] = 200, "byte 130: strand 1 ends at point 203, but there are 11"),
-        (|b| b[134..138].copy_from_slice(&f32::NAN.to_le_bytes()), "byte 134: point 0 is [NaN"),
-        (|b| b[266..270].copy_from_slice(&(-1f32).to_le_bytes()), "byte 266: -1 is among the thicknesses"),
     ];
     for (damage, message) in damages {
         let mut bytes = good.clone();
@@ -88,6 +85,34 @@ fn errors_name_the_place_of_the_damage() {
         let error = read_hair(&bytes, "bad.hair", None).unwrap_err().to_string();
         assert!(error.starts_with("bad.hair, byte") && error.contains(message), "{error}");
     }
+}
+
+/// A strand with one point, one with NaN and one with a negative thickness.
+#[test]
+fn broken_strands_are_read_and_can_be_removed() {
+    let good = write_hair(&strands()).unwrap();
+    type Damage = fn(&mut Vec<u8>);
+    let damages: [Damage; 2] = [
+        |b| b[134..138].copy_from_slice(&f32::NAN.to_le_bytes()),
+        |b| b[266..270].copy_from_slice(&(-1f32).to_le_bytes()),
+    ];
+    for damage in damages {
+        let mut bytes = good.clone();
+        damage(&mut bytes);
+        let mut strands = read_hair(&bytes, "bad.hair", None).unwrap();
+        let before = strands.len();
+        assert_eq!((strands.remove_broken().unwrap().strands, strands.len()), (vec![0], before - 1));
+        assert_eq!(strands.validate(), Ok(()));
+    }
+    let mut bytes = vec![0; 128];
+    bytes[..4].copy_from_slice(b"HAIR");
+    for (at, word) in [(4, 2u32), (8, 3), (12, 3), (20, 1f32.to_bits())] {
+        bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    }
+    bytes.extend([1, 0, 0, 0]);
+    bytes.resize(132 + 3 * 12, 0);
+    let mut strands = read_hair(&bytes, "point.hair", None).unwrap();
+    assert_eq!((strands.remove_broken().unwrap().strands, strands.len()), (vec![1], 1));
 }
 
 #[test]
@@ -140,14 +165,17 @@ fn damaged_files_never_panic() {
         }
         let read = if kind == 0 { read_hair } else { read_tfx };
         match read(&bytes, "damaged", Some(0.1)) {
-            Ok(strands) => assert_eq!(strands.validate(), Ok(())),
+            Ok(mut strands) => {
+                strands.remove_broken();
+                assert_eq!(strands.validate(), Ok(()));
+            }
             Err(error) => {
                 errors += 1;
                 assert!(error.to_string().starts_with("damaged, byte"), "{error}");
             }
         }
     }
-    assert!((1000..6000).contains(&errors), "{errors} of 6000 were errors");
+    assert!((500..6000).contains(&errors), "{errors} of 6000 were errors");
 }
 
 /// Guide strands as games have them: without widths and uv, and a .hair file keeps them all.

@@ -775,6 +775,7 @@ class Scene:
         strands: SupportsFloat | None = None,
         camera: str | None = None,
         frame: SupportsFloat | None = None,
+        strict: bool = False,
         stage: bool = True,
         aspect: SupportsFloat = 1.5,
         light: str | None = None,
@@ -787,7 +788,8 @@ class Scene:
         `path`: a USD file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene: `vellus scene
         list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
         diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
-        USD file. `aspect`: width over height of the picture, for a camera that is added.
+        USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
+        is added.
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`

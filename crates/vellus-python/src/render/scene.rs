@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vellus::glam::{Vec2, Vec3, Vec4};
-use vellus_open::{Backdrop, Staging};
+use vellus_open::{Backdrop, Staging, Warning};
 use vellus_scene::{Instance, Look, Mesh, Prototype, Strands, Surface, Texture};
 use vellus_scene::{MAX_COORDINATE, Tint, Value};
 
@@ -91,7 +91,8 @@ impl Scene {
     /// `path`: a USD file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene: `vellus scene
     /// list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
     /// diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
-    /// USD file. `aspect`: width over height of the picture, for a camera that is added.
+    /// USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
+    /// is added.
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
@@ -101,7 +102,7 @@ impl Scene {
     /// and the reason. `warnings` has everything that was left out.
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
-        stage=true, aspect=1.5, light=None, background=None, view=None, body=None))]
+        strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -111,6 +112,7 @@ impl Scene {
         strands: Option<f32>,
         camera: Option<String>,
         frame: Option<f64>,
+        strict: bool,
         stage: bool,
         aspect: f32,
         light: Option<String>,
@@ -145,12 +147,13 @@ impl Scene {
             camera,
             frame,
             instances: true,
+            strict,
             staging,
         };
         let opened = crate::threads::run(py, |_| vellus_open::open(&path, &options))?.map_err(|e| with_causes(&e))?;
         let names = opened.scene.light_groups.iter().cloned().map(Some);
         let groups = names.chain(std::iter::repeat(None)).take(opened.scene.lights.len()).collect();
-        let warnings = opened.warnings.iter().map(ToString::to_string).chain(opened.notes()).collect();
+        let warnings = Warning::lines(&opened.warnings).into_iter().chain(opened.notes()).collect();
         let is_metered = opened.is_metered;
         Ok(Scene(Mutex::new(State {
             scene: opened.scene,

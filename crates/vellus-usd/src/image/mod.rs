@@ -108,7 +108,8 @@ pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
 /// As [`load_texture`].
 pub fn load_sky(file: &Path) -> Result<(Texture, Vec<Warning>), Error> {
     let (texture, warning) = load_texture(file)?;
-    let shape = not_latlong(&texture).map(|what| Warning { prims: vec![file.display().to_string()], what });
+    let shape =
+        not_latlong(&texture).map(|what| Warning { fault: None, prims: vec![file.display().to_string()], what });
     let warnings = warning.into_iter().chain(shape).collect();
     Ok((texture, warnings))
 }
@@ -127,7 +128,7 @@ fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), E
     // The image may be that of a light.
     let counted = budget.image(&texture, bytes.len()).and_then(|()| budget.light(&texture));
     counted.map_err(|what| Error::file(file, what))?;
-    Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
+    Ok((texture, warning.map(|what| Warning { fault: None, prims: vec![file.display().to_string()], what })))
 }
 
 /// A decoded image, and a warning about its pixels.

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::settings::Settings;
 use crate::read::xform::{Place, rigid};
-use crate::stage::{Stage, When};
+use crate::warning::Fault;
 use glam::DMat4;
 use vellus_scene::Camera;
 
@@ -15,14 +15,13 @@ pub(crate) fn choose(
     name: Option<&str>,
     settings: &Settings,
 ) -> Result<Option<String>, Error> {
-    let stage = &reader.stage;
+    let stage = reader.stage;
     if let (None, Some(path)) = (name, &settings.camera) {
         if paths.contains(path) && stage.type_name(path)? == "Camera" {
             return Ok(Some(path.clone()));
         }
         reader.warnings.add(path, "the camera of the RenderSettings does not exist: the first camera is used");
     }
-    let stage = &reader.stage;
     for path in paths {
         let is_wanted = name.is_none_or(|name| path == name || path.rsplit('/').next() == Some(name));
         if is_wanted && stage.type_name(path)? == "Camera" {
@@ -32,24 +31,31 @@ pub(crate) fn choose(
     Ok(None)
 }
 
-/// When the shutter of a camera opens and closes, in time codes relative to the frame.
-pub(crate) fn shutter(stage: &Stage, prim: &str, settings: &Settings) -> Result<[f64; 2], Error> {
-    let open = number(stage, prim, "shutter:open", 0.0)?;
-    Ok([open, if settings.is_instantaneous { open } else { number(stage, prim, "shutter:close", 0.0)? }])
-}
-
-fn number(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
-    match stage.precise(prim, name, When::Open)?.as_deref() {
-        None => Ok(fallback),
-        Some(&[x]) if x.is_finite() => Ok(x),
-        Some(_) => Err(Error::prim(prim, format!("{name} must be a finite number"))),
+/// When the shutter of a camera opens and closes, in time codes relative to the frame. A shutter that is not valid is
+/// an error if the user named the camera, otherwise a warning.
+pub(crate) fn shutter(reader: &mut Reader, camera: &str, settings: &Settings) -> Result<[f64; 2], Error> {
+    let prim = reader.prim(camera)?;
+    let read = || {
+        let [open, close] = [prim.number("shutter:open", 0.0)?, prim.number("shutter:close", 0.0)?];
+        if open <= close {
+            return Ok([open, if settings.is_instantaneous { open } else { close }]);
+        }
+        Err(prim.error(format!("the shutter opens at {open} and closes at {close}: it must not close before")))
+    };
+    match read() {
+        Err(error) if reader.options.camera.is_none() => {
+            reader.fault(Fault::Prim, camera, error, "the picture has no motion blur")?;
+            Ok([0.0; 2])
+        }
+        shutter => shutter,
     }
 }
 
 /// Reads a perspective camera. Returns `None` with a warning for other projections.
 pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> Result<Option<Camera>, Error> {
     let prim = place.path.as_str();
-    let get = |name, fallback| number(&reader.stage, prim, name, fallback);
+    let handle = reader.prim(prim)?;
+    let get = |name, fallback| handle.number(name, fallback);
     // Default values of the schema. Focal length and apertures are in tenths of a scene unit, the focus distance is in
     // scene units.
     let focal_length = get("focalLength", 50.0)?;
@@ -60,6 +66,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> R
     let offsets = [get("horizontalApertureOffset", 0.0)?, get("verticalApertureOffset", 0.0)?];
     let projection = reader.stage.words(prim, "projection")?.unwrap_or_default();
     if projection.first().is_some_and(|p| p != "perspective") {
+        reader.left_out.insert(prim.to_owned());
         reader.warnings.add(prim, "only perspective cameras are supported: this camera is ignored");
         return Ok(None);
     }

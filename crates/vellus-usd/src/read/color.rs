@@ -46,7 +46,7 @@ impl Reader<'_> {
     /// Numbers as [`Stage::numbers`]. Colours become linear Rec. 709.
     pub fn colors(&mut self, prim: &str, name: &str) -> Result<Option<Numbers>, Error> {
         let Some(mut numbers) = self.stage.numbers(prim, name, When::Open)? else { return Ok(None) };
-        let space = space_name(&self.stage, prim, name, has_color(&self.stage, prim, name)?)?;
+        let space = space_name(self.stage, prim, name, has_color(self.stage, prim, name)?)?;
         self.convert(prim, name, space.as_deref(), &mut numbers)?;
         Ok(Some(numbers))
     }
@@ -71,7 +71,7 @@ impl Reader<'_> {
         if is_color(parameter) {
             return self.colors(prim, name);
         }
-        let space = space_name(&self.stage, prim, name, false)?;
+        let space = space_name(self.stage, prim, name, false)?;
         self.is_plain(parameter, prim, name, space.as_deref())?;
         self.stage.numbers(prim, name, When::Open)
     }
@@ -105,7 +105,7 @@ impl Reader<'_> {
     /// How the numbers of an image are meant, by the attribute with its path. `is_color` is false for images of
     /// numbers and vectors, which only have a space if the attribute itself has one.
     pub fn encoding(&mut self, prim: &str, name: &str, is_color: bool) -> Result<Encoding, Error> {
-        let space = space_name(&self.stage, prim, name, is_color)?;
+        let space = space_name(self.stage, prim, name, is_color)?;
         let known = self.color_space(prim, name, space.as_deref())?;
         let unnamed = if is_color { Encoding::Auto } else { Encoding::Space(ColorSpace::LINEAR) };
         Ok(known.map_or(unnamed, Encoding::Space))
@@ -114,7 +114,7 @@ impl Reader<'_> {
     /// Reports something that is ignored or replaced: an error if the user named the file for this part, otherwise a
     /// warning.
     pub fn complain(&mut self, prim: &str, what: String) -> Result<(), Error> {
-        if self.strict {
+        if self.is_named {
             return Err(Error::prim(prim, what));
         }
         self.warnings.add(prim, what);

@@ -4,9 +4,10 @@ use crate::error::Error;
 use crate::image::{self, Budget, Encoding, Image};
 use crate::read::link::Linked;
 use crate::read::options::Options;
+use crate::read::prim::Prim;
 use crate::read::skeleton::Skeletons;
 use crate::stage::Stage;
-use crate::warning::Warnings;
+use crate::warning::{Fault, Warnings};
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use vellus_scene::{Camera, Parameter, Scene, Texture, Units, Wrap};
@@ -18,6 +19,8 @@ pub(crate) struct BoundLook {
     pub look: usize,
     /// Names of the primvars, without `primvars:`.
     pub primvars: Vec<(Parameter, String)>,
+    /// The name of the texture coordinates of its textures, without `primvars:`, if a shader says it.
+    pub uv: Option<String>,
 }
 
 /// A file of a texture, and how it is read.
@@ -30,11 +33,13 @@ pub(crate) struct TextureSource {
     pub channel: Option<usize>,
     /// The wrap modes along u and v.
     pub wrap: [Wrap; 2],
+    /// The name of the texture coordinates, without `primvars:`. `None` if the shader names none.
+    pub uv: Option<String>,
 }
 
 /// The state of reading a stage.
 pub(crate) struct Reader<'a> {
-    pub stage: Stage,
+    pub stage: &'a Stage,
     pub options: &'a Options,
     pub scene: Scene,
     pub warnings: Warnings,
@@ -61,15 +66,19 @@ pub(crate) struct Reader<'a> {
     /// The number of points of copied instances.
     pub copied: usize,
     /// Whether what is ignored or replaced is an error, because the user named this part of the file.
-    pub strict: bool,
+    pub is_named: bool,
+    /// Prims that are not read to the end. A warning says why, so that their properties are not in the ledger.
+    pub left_out: HashSet<String>,
     textures: HashMap<TextureSource, usize>,
+    /// The names of the texture coordinates that textures are looked up at, by the index of the texture.
+    pub uv_sets: HashMap<usize, String>,
     /// The memory of all images.
     pub images: Budget,
 }
 
 impl<'a> Reader<'a> {
     /// A reader with an empty scene.
-    pub fn new(stage: Stage, options: &'a Options, units: Units) -> Self {
+    pub fn new(stage: &'a Stage, options: &'a Options, units: Units) -> Self {
         Reader {
             stage,
             options,
@@ -86,7 +95,9 @@ impl<'a> Reader<'a> {
             meshes: 0,
             refined: 0,
             copied: 0,
-            strict: false,
+            is_named: false,
+            uv_sets: HashMap::new(),
+            left_out: HashSet::new(),
             textures: HashMap::new(),
             images: Budget::default(),
         }
@@ -98,14 +109,81 @@ impl<'a> Reader<'a> {
             return Ok(index);
         }
         let texture = self.load_texture(prim, &source)?;
+        let index = self.add_texture(texture, source.uv.clone());
+        self.textures.insert(source, index);
+        Ok(index)
+    }
+
+    /// Adds a texture that is looked up at these texture coordinates, and returns its index.
+    pub fn add_texture(&mut self, texture: Texture, uv: Option<String>) -> usize {
+        let index = self.scene.textures.len();
         self.scene.textures.push(texture);
-        self.textures.insert(source, self.scene.textures.len() - 1);
-        Ok(self.scene.textures.len() - 1)
+        self.uv_sets.extend(uv.map(|uv| (index, uv)));
+        index
+    }
+
+    /// A prim that is read from now on.
+    pub fn prim<'s>(&self, path: &'s str) -> Result<Prim<'s>, Error>
+    where
+        'a: 's,
+    {
+        Prim::new(self.stage, path)
+    }
+
+    /// Notes that a part of the scene cannot be read, and what happens instead: a warning, or an error if the user
+    /// named this part.
+    pub fn fault(&mut self, fault: Fault, prim: &str, error: Error, instead: &str) -> Result<(), Error> {
+        if self.is_named {
+            return Err(error);
+        }
+        self.left_out.insert(prim.to_owned());
+        let (prim, what) = match error {
+            Error::Prim { prim, what } => (prim, what),
+            Error::Scene(vellus_scene::Error::Invalid { what, .. }) => (prim.to_owned(), what),
+            Error::Read { file, source } => (prim.to_owned(), format!("cannot read {}: {source}", file.display())),
+            other => (prim.to_owned(), other.to_string()),
+        };
+        self.warnings.add_fault(Some(fault), &prim, format!("{what}: {instead}"));
+        self.left_out.insert(prim);
+        Ok(())
+    }
+
+    /// Notes that a property of a prim cannot be read. The prim is read without it.
+    pub fn ignore(&mut self, prim: &str, error: Error) -> Result<(), Error> {
+        match error {
+            Error::Prim { what, .. } if !self.is_named => self.warnings.add(prim, format!("{what}: it is ignored")),
+            other => return Err(other),
+        }
+        Ok(())
+    }
+
+    /// Reads a prim. If that fails, the prim is left out: nothing of it stays in the scene.
+    pub fn attempt(&mut self, prim: &str, read: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        let Scene { strands, meshes, instances, lights, light_groups, unseen_lights, shapings, links, .. } =
+            &self.scene;
+        let [strands, meshes, instances] = [strands.len(), meshes.len(), instances.len()];
+        let [lights, groups, unseen] = [lights.len(), light_groups.len(), unseen_lights.len()];
+        let [shapings, links, linked] = [shapings.len(), links.len(), self.linked.len()];
+        let result = read(self).and_then(|()| {
+            let new = &self.scene.lights[lights..];
+            Ok(new.iter().try_for_each(|light| light.validate(self.scene.textures.len()))?)
+        });
+        let Err(error) = result else { return Ok(()) };
+        self.scene.strands.truncate(strands);
+        self.scene.meshes.truncate(meshes);
+        self.scene.instances.truncate(instances);
+        self.scene.lights.truncate(lights);
+        self.scene.light_groups.truncate(groups);
+        self.scene.unseen_lights.truncate(unseen);
+        self.scene.shapings.truncate(shapings);
+        self.scene.links.truncate(links);
+        self.linked.truncate(linked);
+        self.fault(Fault::Prim, prim, error, "it is left out")
     }
 
     /// Loads the texture that a prim refers to, without adding it to the scene.
     pub fn load_texture(&mut self, prim: &str, source: &TextureSource) -> Result<Texture, Error> {
-        let TextureSource { file, encoding, channel, wrap } = source;
+        let TextureSource { file, encoding, channel, wrap, uv: _ } = source;
         // The part in brackets is the file inside the package.
         let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
         let (mut texture, size) = if file.contains(image::UDIM) {
@@ -143,7 +221,7 @@ impl<'a> Reader<'a> {
                     size += bytes;
                     tiles.push((number, tile));
                 }
-                Err(error) => self.complain(prim, format!("{error}: the tile is magenta"))?,
+                Err(error) => self.fault(Fault::Texture, prim, error, "the tile is magenta")?,
             }
         }
         let name = file.trim_end_matches(']').rsplit(['/', '[']).next().unwrap_or_default();

@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::read::context::{BoundLook, Reader};
-use crate::read::layout::Layout;
-use crate::read::look::{SHADER, channels, look};
+use crate::read::layout::{Ends, Layout};
+use crate::read::look::{FALLBACK_LOOK, SHADER, channels, look};
 use crate::read::motion::{Points, points};
 use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::read::xform::{Place, mean_scale};
@@ -20,30 +20,32 @@ const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_c
 /// Reads the curves of a prim. Unsupported kinds of curves give a warning and nothing else.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
-    let Some((basis, pinned)) = kind(reader, prim)? else { return Ok(()) };
+    let is_hermite = place.type_name == "HermiteCurves";
+    let Some((basis, ends)) = (if is_hermite { Some((Basis::Bezier, Ends::Open)) } else { kind(reader, prim)? }) else {
+        return Ok(());
+    };
     if place.to_world.determinant() == 0.0 || place.moved.determinant() == 0.0 {
         return Err(Error::prim(
             prim,
             "its transform flattens the strands: no scale of the prim or of its ancestors may be 0",
         ));
     }
-    let Points { open, close } = points(reader, prim).map_err(|error| match error {
-        // Blender writes NaN handles for curves without handles.
-        Error::Prim { prim, what } if basis == Basis::Bezier && what.contains("NaN") => {
-            let what =
-                format!("{what} (re-export the curves as Catmull-Rom: Blender writes Bézier handles that are NaN)");
-            Error::Prim { prim, what }
-        }
-        error => error,
-    })?;
-    let counts = reader.stage.integers(prim, "curveVertexCounts", When::Open)?.unwrap_or_default();
-    let layout = Layout::new(prim, basis, pinned, &counts, open.len())?;
+    let Points { mut open, mut close, base } = points(reader, reader.prim(prim)?, &["curveVertexCounts"])?;
+    let mut counts = reader.stage.integers(prim, "curveVertexCounts", base)?.unwrap_or_default();
+    if is_hermite {
+        // Checks the counts.
+        Layout::new(prim, Basis::Linear, ends, &counts, open.len())?;
+        let when = if close.is_some() { When::Close } else { base };
+        close = close.map(|close| handles(reader.stage, prim, &counts, &close, when)).transpose()?;
+        open = handles(reader.stage, prim, &counts, &open, base)?;
+        counts.iter_mut().for_each(|count| *count = (3 * *count - 2).max(0));
+    }
+    let layout = Layout { at_knots: is_hermite, ..Layout::new(prim, basis, ends, &counts, open.len())? };
     if layout.counts.is_empty() {
         reader.warnings.add(prim, "it has no curves");
         return Ok(());
     }
-    let radii = radii(reader, place, &layout)?;
-    let stage = &reader.stage;
+    let radii = radii(reader, place, &layout, base)?;
     let opened = to_world(&layout, &open, &place.to_world);
     let moved = close.map(|close| to_world(&layout, &close, &place.moved)).filter(|closed| *closed != opened);
     let starts = layout.starts();
@@ -54,13 +56,36 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
                 Values::Constant([radius]) => *radius,
                 Values::PerStrand(radii) => radii[strand][0],
                 // Extrapolation beyond a thin tip may give a negative radius.
-                Values::PerPoint(radii) => radii[point][0].max(0.0),
+                Values::PerPoint(radii) => {
+                    if radii[point][0] < 0.0 {
+                        0.0
+                    } else {
+                        radii[point][0]
+                    }
+                }
             }));
         }
     }
-    let root_uv = root_uv(stage, prim, &layout)?;
     let bound = look(reader, prim)?;
-    let varying = varying(reader, prim, &layout, &bound)?;
+    if reader.scene.looks[bound.look].name == FALLBACK_LOOK {
+        let opacity = inherited(reader.stage, prim, "primvars:displayOpacity", base)?;
+        if opacity.is_some_and(|opacity| opacity.values.values.iter().any(|x| *x < 1.0)) {
+            reader.warnings.add(prim, "strands are opaque: primvars:displayOpacity is ignored");
+        }
+    }
+    let root_uv = match root_uv(reader, prim, &layout, &bound, base) {
+        Ok(uv) => uv,
+        Err(error) => {
+            reader.ignore(prim, error)?;
+            None
+        }
+    };
+    if root_uv.is_none() && !reader.scene.looks[bound.look].textured.is_empty() {
+        let set = bound.uv.as_deref().unwrap_or("st");
+        let what = format!("its material has textures, but it has no primvars:{set}: all strands have one texel");
+        reader.warnings.add(prim, what);
+    }
+    let varying = varying(reader, prim, &layout, &bound, base)?;
     let mut strands = Strands {
         // The path, for the messages of the validation.
         name: prim.to_owned(),
@@ -72,43 +97,74 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         look: bound.look,
         varying,
     };
-    strands.validate()?;
+    if let Some(broken) = strands.remove_broken() {
+        // Blender writes NaN handles for curves without handles.
+        let has_nan = basis == Basis::Bezier && open.as_flattened().iter().any(|x| x.is_nan());
+        let hint = " (re-export the curves as Catmull-Rom: Blender writes Bézier handles that are NaN)";
+        reader.warnings.add(prim, format!("{broken}{}", if has_nan { hint } else { "" }));
+        if strands.is_empty() {
+            return Ok(());
+        }
+    }
     strands.name = reader.name(prim)?;
     reader.scene.strands.push(strands);
     Ok(())
 }
 
-/// The basis of curves, and whether they need phantom points. `None` with a warning if they are not supported.
-fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error> {
+/// The points of Bézier curves that are Hermite curves: a handle is a third of a tangent away from its point.
+fn handles(stage: &Stage, prim: &str, counts: &[i64], points: &[[f32; 3]], when: When) -> Result<Vec<[f32; 3]>, Error> {
+    let tangents = stage.numbers(prim, "tangents", when)?.map_or(Vec::new(), |numbers| numbers.values);
+    if tangents.len() != 3 * points.len() {
+        let what = format!("it has {} tangents, but {} points", tangents.len() / 3, points.len());
+        return Err(Error::prim(prim, what));
+    }
+    let handle = |i: usize, share: f32| std::array::from_fn(|c| points[i][c] + share * tangents[3 * i + c]);
+    let mut all = Vec::with_capacity(3 * points.len());
+    let mut first = 0;
+    for &count in counts {
+        let next = first + usize::try_from(count).unwrap_or(0);
+        for i in first..next {
+            if i > first {
+                all.push(handle(i, -1.0 / 3.0));
+            }
+            all.push(points[i]);
+            if i + 1 < next {
+                all.push(handle(i, 1.0 / 3.0));
+            }
+        }
+        first = next;
+    }
+    Ok(all)
+}
+
+/// The basis of curves, and how their ends are treated. `None` with a warning if they are not supported.
+fn kind(reader: &mut Reader, path: &str) -> Result<Option<(Basis, Ends)>, Error> {
+    let prim = reader.prim(path)?;
     let word = |name: &str, fallback: &str| -> Result<String, Error> {
-        let words = reader.stage.words(prim, name)?.unwrap_or_default();
-        Ok(words.into_iter().next().unwrap_or_else(|| fallback.to_owned()))
+        Ok(prim.token(name)?.unwrap_or_else(|| fallback.to_owned()))
     };
     let (kind, basis, wrap) = (word("type", "cubic")?, word("basis", "bezier")?, word("wrap", "nonperiodic")?);
-    let pinned = match wrap.as_str() {
-        "nonperiodic" => false,
-        "pinned" => true,
-        "periodic" => {
-            reader.warnings.add(prim, "periodic curves are not supported and are ignored");
-            return Ok(None);
-        }
-        _ => {
-            let what = format!("wrap is {wrap}: it must be nonperiodic, periodic or pinned");
-            return Err(Error::prim(prim, what));
-        }
+    let ends = match wrap.as_str() {
+        "nonperiodic" => Ends::Open,
+        "pinned" => Ends::Pinned,
+        "periodic" => Ends::Closed,
+        _ => return Err(prim.error(format!("wrap is {wrap}: it must be nonperiodic, periodic or pinned"))),
     };
+    // Other curves interpolate their ends anyway.
+    let unpinned = if ends == Ends::Pinned { Ends::Open } else { ends };
     match (kind.as_str(), basis.as_str()) {
         // Blender does not reset the basis of linear curves, so it has no meaning here.
-        ("linear", _) => Ok(Some((Basis::Linear, false))),
-        ("cubic", "bezier") => Ok(Some((Basis::Bezier, false))),
-        ("cubic", "bspline") => Ok(Some((Basis::BSpline, pinned))),
-        ("cubic", "catmullRom") => Ok(Some((Basis::CatmullRom, pinned))),
+        ("linear", _) => Ok(Some((Basis::Linear, unpinned))),
+        ("cubic", "bezier") => Ok(Some((Basis::Bezier, unpinned))),
+        ("cubic", "bspline") => Ok(Some((Basis::BSpline, ends))),
+        ("cubic", "catmullRom") => Ok(Some((Basis::CatmullRom, ends))),
         ("cubic", "hermite" | "power") => {
-            reader.warnings.add(prim, format!("curves of the basis {basis} are not supported and are ignored"));
+            reader.left_out.insert(path.to_owned());
+            reader.warnings.add(path, format!("curves of the basis {basis} are not supported and are ignored"));
             Ok(None)
         }
-        ("cubic", _) => Err(Error::prim(prim, format!("basis is {basis}: it must be bezier, bspline or catmullRom"))),
-        _ => Err(Error::prim(prim, format!("type is {kind}: it must be linear or cubic"))),
+        ("cubic", _) => Err(prim.error(format!("basis is {basis}: it must be bezier, bspline or catmullRom"))),
+        _ => Err(prim.error(format!("type is {kind}: it must be linear or cubic"))),
     }
 }
 
@@ -120,24 +176,32 @@ fn to_world(layout: &Layout, points: &[[f32; 3]], matrix: &DMat4) -> Vec<Vec3> {
 }
 
 /// Radii in world space: half the widths.
-fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[f32; 1]>, Error> {
+fn radii(reader: &mut Reader, place: &Place, layout: &Layout, base: When) -> Result<Values<[f32; 1]>, Error> {
     let prim = place.path.as_str();
     let (scale, is_uniform) = mean_scale(&place.to_world);
+    reader.stage.know(prim, &["widths"])?;
     for name in ["primvars:widths", "widths"] {
-        let Some(widths) = primvar(&reader.stage, prim, name, Interpolation::Vertex)? else { continue };
+        let Some(widths) = primvar(reader.stage, prim, name, Interpolation::Vertex, base)? else { continue };
         if widths.values.lanes != 1 {
             return Err(Error::prim(prim, format!("{name} must be numbers")));
         }
-        if let Some(i) = widths.values.values.iter().position(|w| !(0.0..=MAX_WIDTH).contains(w)) {
-            let what = format!("{name}[{i}] is {:?}: it must be in [0, {MAX_WIDTH:e}]", widths.values.values[i]);
-            return Err(Error::prim(prim, what));
+        let is_width = |w: &f32| (0.0..=MAX_WIDTH).contains(w);
+        if let [w] = widths.values.values[..]
+            && !is_width(&w)
+        {
+            return Err(Error::prim(prim, format!("{name} is {w:?}: it must be in [0, {MAX_WIDTH:e}]")));
         }
         if !is_uniform {
             reader
                 .warnings
                 .add(prim, "its scale is not uniform: strands stay round, and the mean scale applies to their widths");
         }
-        return layout.spread(prim, name, &widths, |w| [(0.5 * scale * f64::from(w[0])) as f32]);
+        // A strand with NaN is left out.
+        let radius = |w: f32| if is_width(&w) { (0.5 * scale * f64::from(w)) as f32 } else { f32::NAN };
+        match layout.spread(prim, name, &widths, |w| [radius(w[0])]) {
+            Err(error) if reader.options.default_width.is_some() => reader.ignore(prim, error)?,
+            radii => return radii,
+        }
     }
     match reader.options.default_width {
         Some(width) => Ok(Values::Constant([(0.5 * f64::from(width) * reader.local_scale) as f32])),
@@ -146,9 +210,16 @@ fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[
 }
 
 /// One uv for each strand. If the file has one for each point, the uv of the first point.
-fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2>>, Error> {
-    for name in ROOT_UV {
-        let Some(uv) = primvar(stage, prim, name, Interpolation::Constant)? else { continue };
+fn root_uv(
+    reader: &Reader,
+    prim: &str,
+    layout: &Layout,
+    bound: &BoundLook,
+    base: When,
+) -> Result<Option<Vec<Vec2>>, Error> {
+    let asked = bound.uv.as_ref().map(|set| format!("primvars:{set}"));
+    for name in asked.iter().map(String::as_str).chain(ROOT_UV) {
+        let Some(uv) = primvar(reader.stage, prim, name, Interpolation::Constant, base)? else { continue };
         if uv.values.lanes < 2 {
             return Err(Error::prim(prim, format!("{name} must have two coordinates")));
         }
@@ -158,8 +229,9 @@ fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2
             Values::PerStrand(uv) => uv.into_iter().map(Vec2::from).collect(),
             Values::PerPoint(uv) => {
                 // The first point in the file, not the phantom point before it.
-                let skipped = usize::from(layout.starts()[1] as usize != layout.counts[0]);
-                layout.starts()[..strands].iter().map(|&start| Vec2::from(uv[start as usize + skipped])).collect()
+                let skipped = usize::from(layout.ends == Ends::Pinned);
+                let at = |start: &u32| uv.get(*start as usize + skipped).map_or(Vec2::NAN, |uv| Vec2::from(*uv));
+                layout.starts()[..strands].iter().map(at).collect()
             }
         }));
     }
@@ -173,20 +245,31 @@ const PRIMVARS: &str = "primvars:vellus:";
 type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
 
 /// Parameters of the fibre from `primvars:vellus:KEY`, or from the primvar that the shader reads.
-fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) -> Result<Varying, Error> {
+fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook, base: When) -> Result<Varying, Error> {
     let mut varying = Vec::new();
     for parameter in Parameter::ALL {
         let ours = format!("{PRIMVARS}{}", parameter.name());
         let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
         for name in std::iter::once(ours).chain(theirs) {
-            let Some(mut values) = inherited(&reader.stage, prim, &name)? else { continue };
-            let space = values.space.take();
-            reader.convert_parameter(parameter, prim, &name, space.as_deref(), &mut values.values)?;
-            if let Some(i) = values.values.values.iter().position(|x| !x.is_finite()) {
-                let what = format!("{name}[{}] is not finite", i / values.values.lanes);
-                return Err(Error::prim(prim, what));
-            }
-            varying.push((parameter, layout.spread(prim, &name, &values, |row| channels(parameter, row))?));
+            let found = inherited(reader.stage, prim, &name, base).and_then(|found| {
+                let Some(mut values) = found else { return Ok(None) };
+                let space = values.space.take();
+                reader.convert_parameter(parameter, prim, &name, space.as_deref(), &mut values.values)?;
+                let spread = layout.spread(prim, &name, &values, |row| channels(parameter, row))?;
+                if matches!(&spread, Values::Constant(value) if value.iter().any(|x| !x.is_finite())) {
+                    return Err(Error::prim(prim, format!("{name} is not finite")));
+                }
+                Ok(Some((values, spread)))
+            });
+            let (values, spread) = match found {
+                Ok(None) => continue,
+                Ok(Some(found)) => found,
+                Err(error) => {
+                    reader.ignore(prim, error)?;
+                    continue;
+                }
+            };
+            varying.push((parameter, spread));
             if let Some((i, value)) = outside(parameter, &values) {
                 warn_of_range(reader, prim, (parameter, &name), bound.look, (i, value));
             }
@@ -195,9 +278,9 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
     }
     for path in ancestors(prim) {
         for name in reader.stage.properties(path)?.iter() {
-            let key = name.as_str().strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
+            let key = name.strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
             if key.is_some_and(|key| Parameter::from_name(key).is_none()) {
-                reader.warnings.add(path, format!("{} is not a parameter of {SHADER} and is ignored", name.as_str()));
+                reader.warnings.add(path, format!("{name} is not a parameter of {SHADER} and is ignored"));
             }
         }
     }
@@ -208,7 +291,7 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
 fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
     (0..primvar.values.len()).find_map(|i| {
         let row = primvar.values.row(i).iter().take(parameter.channels());
-        row.copied().find(|x| !parameter.range().contains(*x)).map(|x| (i, x))
+        row.copied().find(|x| x.is_finite() && !parameter.range().contains(*x)).map(|x| (i, x))
     })
 }
 

@@ -3,14 +3,17 @@
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::bound_material;
+use crate::read::prim::Prim;
 use crate::read::primvar::ancestors;
 use crate::read::shapes::{self, SHAPES};
-use crate::read::xform::{Place, mean_scale};
+use crate::read::xform::{Place, mean_scale, places};
 use crate::read::{curves, link, mesh};
-use crate::stage::{Stage, When};
 use glam::{DMat4, DQuat, DVec3};
 use std::collections::HashMap;
 use vellus_scene::{Instance, MAX_COPIED, Prototype};
+
+/// What makes instances move while the shutter is open.
+const MOTION: [&str; 3] = ["velocities", "angularVelocities", "accelerations"];
 
 /// The largest number of instances of a stage.
 const MAX_INSTANCES: usize = 1 << 24;
@@ -24,7 +27,7 @@ impl Shared {
     /// uniformly. Instances inside instances are read as a part of these.
     pub fn find(reader: &mut Reader, places: &[Place]) -> Result<Self, Error> {
         let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
-        let collections = link::collections(&reader.stage, places)?;
+        let collections = link::collections(reader.stage, places);
         let mut outer: Option<&str> = None;
         for (i, place) in places.iter().enumerate() {
             if outer.is_some_and(|outer| is_below(&place.path, outer)) {
@@ -34,7 +37,7 @@ impl Shared {
             outer = Some(&place.path);
             let stays = place.to_world == place.moved;
             if place.shown && !place.swallowed && stays && is_similar(&place.to_world) {
-                let linked = link::membership(&reader.stage, &collections, &places[i..]);
+                let linked = link::membership(reader.stage, &collections, &places[i..]);
                 let key = format!("{prototype} {} {linked}", inherited(reader, &place.path)?);
                 groups.entry(key).or_default().push(i);
             }
@@ -63,9 +66,9 @@ pub(crate) fn is_below(path: &str, other: &str) -> bool {
 fn inherited(reader: &mut Reader, path: &str) -> Result<String, Error> {
     let mut text = bound_material(reader, path)?.unwrap_or_default();
     for ancestor in ancestors(path) {
-        let inherits = |name: &str| name.starts_with("primvars:") || name.starts_with("skel:");
-        for name in reader.stage.properties(ancestor)?.iter().filter(|name| inherits(name.as_str())) {
-            text += &format!(" {ancestor}.{}", name.as_str());
+        let inherits = |name: &&str| name.starts_with("primvars:") || name.starts_with("skel:");
+        for name in reader.stage.properties(ancestor)?.iter().filter(inherits) {
+            text += &format!(" {ancestor}.{name}");
         }
     }
     Ok(text)
@@ -87,9 +90,9 @@ pub(crate) fn prototype<'p>(
         let mut local = place.clone();
         (local.to_world, local.moved) = (open * place.to_world, close * place.moved);
         match place.type_name.as_str() {
-            "BasisCurves" => curves::read(reader, &local)?,
-            "Mesh" => mesh::read(reader, &local)?,
-            shape if SHAPES.contains(&shape) => shapes::read(reader, &local)?,
+            "BasisCurves" | "HermiteCurves" => reader.attempt(&place.path, |reader| curves::read(reader, &local))?,
+            "Mesh" => reader.attempt(&place.path, |reader| mesh::read(reader, &local))?,
+            shape if SHAPES.contains(&shape) => reader.attempt(&place.path, |reader| shapes::read(reader, &local))?,
             "PointInstancer" => {
                 reader.warnings.add(&place.path, "a PointInstancer inside an instance is not supported and is ignored");
             }
@@ -155,16 +158,19 @@ fn copy(reader: &mut Reader, prim: &str, instance: &Instance) -> Result<(), Erro
 pub(crate) fn point_instancer(
     reader: &mut Reader,
     instancer: &Place,
-    places: &[Place],
+    all: &[Place],
     known: &mut HashMap<String, Option<usize>>,
 ) -> Result<(), Error> {
-    let prim = instancer.path.as_str();
+    let prim = reader.prim(&instancer.path)?;
     let mut prototypes = Vec::new();
-    for target in reader.stage.targets(prim, "prototypes")? {
+    for target in prim.targets("prototypes")? {
         if !known.contains_key(&target) {
-            let inside: Vec<&Place> = places.iter().filter(|place| is_below(&place.path, &target)).collect();
+            let mut inside: Vec<&Place> = all.iter().filter(|place| is_below(&place.path, &target)).collect();
+            // Below an `over`, which keeps prototypes from being drawn by themselves.
+            let hidden = if inside.is_empty() { hidden(reader, &target)? } else { Vec::new() };
+            inside.extend(&hidden);
             let parent = target.rsplit_once('/').map_or("", |(parent, _)| parent);
-            let around = places.iter().find(|place| place.path == parent);
+            let around = all.iter().find(|place| place.path == parent);
             let to_local =
                 around.map_or([DMat4::IDENTITY; 2], |place| [place.to_world, place.moved].map(|m| m.inverse()));
             if !to_local[0].is_finite() {
@@ -172,27 +178,33 @@ pub(crate) fn point_instancer(
             }
             let read = prototype(reader, &target, inside.into_iter(), to_local)?;
             if read.is_none() {
-                reader.warnings.add(&target, "the prototype has no strands and meshes that are shown");
+                reader.warnings.add(&target, "the prototype has no strands and meshes that are shown and can be read");
             }
             known.insert(target.clone(), read);
         }
         prototypes.push(known[&target]);
     }
-    if reader.stage.clock.close != reader.stage.clock.open
-        && ["velocities", "angularVelocities"].iter().any(|name| reader.stage.has_value(prim, name).unwrap_or(false))
-    {
-        reader.warnings.add(prim, "instances do not move while the shutter is open: their velocities are ignored");
+    let moves = MOTION.iter().any(|name| prim.has_value(name).unwrap_or(false));
+    if moves && reader.stage.clock().close != reader.stage.clock().open {
+        reader.warnings.add(prim.path, "instances do not move while the shutter is open: their velocities are ignored");
     }
-    let points = Points::read(&reader.stage, prim)?;
+    let points = Points::read(&prim)?;
     if points.count() == 0 {
-        reader.warnings.add(prim, "it has no positions: it shows nothing");
+        reader.warnings.add(prim.path, "it has no positions: it shows nothing");
     }
     for i in 0..points.count() {
-        let Some(index) = points.prototype(prim, i, prototypes.len())? else { continue };
+        let Some(index) = points.prototype(&prim, i, prototypes.len())? else { continue };
         let Some(prototype) = prototypes[index] else { continue };
-        add(reader, prim, prototype, &(instancer.to_world * points.matrix(i)))?;
+        add(reader, prim.path, prototype, &(instancer.to_world * points.matrix(i)))?;
     }
     Ok(())
+}
+
+/// A prototype that is not defined on the stage, because an ancestor is an `over`, and what is in it. Its place is
+/// relative to its parent.
+fn hidden(reader: &mut Reader, target: &str) -> Result<Vec<Place>, Error> {
+    let paths = reader.stage.prims_below(target).map_err(|what| Error::prim(target, what))?;
+    places(reader, &paths)
 }
 
 /// The arrays of a PointInstancer.
@@ -207,16 +219,18 @@ struct Points {
 }
 
 impl Points {
-    fn read(stage: &Stage, prim: &str) -> Result<Self, Error> {
-        let positions = rows::<3>(stage, prim, "positions")?.unwrap_or_default();
-        let prototypes = stage.integers(prim, "protoIndices", When::Open)?.unwrap_or_default();
-        let orientations = match rows::<4>(stage, prim, "orientationsf")? {
-            None => rows::<4>(stage, prim, "orientations")?,
+    fn read(prim: &Prim) -> Result<Self, Error> {
+        let positions = rows::<3>(prim, "positions")?.unwrap_or_default();
+        let prototypes = prim.integers("protoIndices")?.unwrap_or_default();
+        prim.stage.know(prim.path, &["orientations"])?;
+        let orientations = match rows::<4>(prim, "orientationsf")? {
+            None => rows::<4>(prim, "orientations")?,
             precise => precise,
         };
-        let scales = rows::<3>(stage, prim, "scales")?;
-        let ids = stage.integers(prim, "ids", When::Open)?;
-        let mut invisible = stage.integers(prim, "invisibleIds", When::Open)?.unwrap_or_default();
+        let scales = rows::<3>(prim, "scales")?;
+        let ids = prim.integers("ids")?;
+        let mut invisible = prim.integers("invisibleIds")?.unwrap_or_default();
+        invisible.extend(prim.stage.inactive_ids(prim.path)?);
         invisible.sort_unstable();
         let count = positions.len();
         let lengths = [
@@ -227,11 +241,11 @@ impl Points {
         ];
         if let Some((name, length)) = lengths.iter().find(|(_, length)| length.is_some_and(|length| length != count)) {
             let length = length.unwrap_or(0);
-            return Err(Error::prim(prim, format!("{name} has {length} values, but there are {count} positions")));
+            return Err(prim.error(format!("{name} has {length} values, but there are {count} positions")));
         }
         let turns = orientations.iter().flatten();
         if let Some(i) = turns.map(|q| q.iter().map(|x| x * x).sum::<f32>()).position(|length| !length.is_finite()) {
-            return Err(Error::prim(prim, format!("orientations[{i}] must be finite")));
+            return Err(prim.error(format!("orientations[{i}] must be finite")));
         }
         Ok(Points { positions, prototypes, orientations, scales, ids, invisible })
     }
@@ -241,7 +255,7 @@ impl Points {
     }
 
     /// The index of the prototype of an instance, or `None` if it is invisible.
-    fn prototype(&self, prim: &str, i: usize, prototypes: usize) -> Result<Option<usize>, Error> {
+    fn prototype(&self, prim: &Prim, i: usize, prototypes: usize) -> Result<Option<usize>, Error> {
         let id = self.ids.as_ref().map_or(i as i64, |ids| ids[i]);
         if self.invisible.binary_search(&id).is_ok() {
             return Ok(None);
@@ -249,7 +263,7 @@ impl Points {
         let index = usize::try_from(self.prototypes[i]).ok().filter(|&index| index < prototypes);
         index.map(Some).ok_or_else(|| {
             let index = self.prototypes[i];
-            Error::prim(prim, format!("protoIndices[{i}] is {index}, but there are {prototypes} prototypes"))
+            prim.error(format!("protoIndices[{i}] is {index}, but there are {prototypes} prototypes"))
         })
     }
 
@@ -266,10 +280,10 @@ impl Points {
 }
 
 /// An array of vectors with N numbers.
-fn rows<const N: usize>(stage: &Stage, prim: &str, name: &str) -> Result<Option<Vec<[f32; N]>>, Error> {
-    let Some(found) = stage.numbers(prim, name, When::Open)? else { return Ok(None) };
+fn rows<const N: usize>(prim: &Prim, name: &str) -> Result<Option<Vec<[f32; N]>>, Error> {
+    let Some(found) = prim.numbers(name)? else { return Ok(None) };
     if found.lanes != N {
-        return Err(Error::prim(prim, format!("{name} must be vectors of {N} numbers")));
+        return Err(prim.error(format!("{name} must be vectors of {N} numbers")));
     }
     let row = |i: usize| std::array::from_fn(|k| found.row(i)[k]);
     Ok(Some((0..found.len()).map(row).collect()))

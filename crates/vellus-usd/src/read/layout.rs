@@ -4,13 +4,26 @@ use crate::error::Error;
 use crate::read::primvar::{Interpolation, Primvar};
 use vellus_scene::{Basis, Values};
 
+/// How the ends of a curve are treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ends {
+    /// As the points are.
+    Open,
+    /// The curve interpolates its first and last point, by a phantom point beyond each end. Only cubic B-splines and
+    /// Catmull–Rom curves need it.
+    Pinned,
+    /// The curve is a loop: its first points follow the last one.
+    Closed,
+}
+
 /// Basis, ends and point counts of the curves of a prim.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub basis: Basis,
-    /// Whether the curve interpolates its first and last point, by a phantom point beyond each end. Only cubic
-    /// B-splines and Catmull–Rom curves need it.
-    pub pinned: bool,
+    /// How its ends are treated.
+    pub ends: Ends,
+    /// Whether the values of points belong to knots, as for Hermite curves, whose handles come from tangents.
+    pub at_knots: bool,
     /// Number of points of each curve in the file.
     pub counts: Vec<usize>,
     /// Their sum.
@@ -18,8 +31,9 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Checks `counts` against the number of points. Nothing is allocated before.
-    pub fn new(prim: &str, basis: Basis, pinned: bool, counts: &[i64], points: usize) -> Result<Self, Error> {
+    /// Checks `counts` against the number of points. Nothing is allocated before. A curve may have fewer points than
+    /// its basis needs: see [`vellus_scene::Strands::remove_broken`].
+    pub fn new(prim: &str, basis: Basis, ends: Ends, counts: &[i64], points: usize) -> Result<Self, Error> {
         let fail = |what: String| Err(Error::prim(prim, what));
         let mut total = 0usize;
         let mut checked = Vec::with_capacity(counts.len());
@@ -27,23 +41,13 @@ impl Layout {
             let Ok(count) = usize::try_from(count) else {
                 return fail(format!("curveVertexCounts[{i}] is {count}: it must not be negative"));
             };
-            let (fits, needs) = match basis {
-                Basis::Linear => (count >= 2, "at least 2"),
-                Basis::Bezier => (count >= 4 && count % 3 == 1, "3k + 1 (4, 7, 10, …)"),
-                _ if pinned => (count >= 2, "at least 2"),
-                _ => (count >= 4, "at least 4"),
-            };
-            if !fits {
-                let kind = if pinned { "pinned " } else { "" };
-                return fail(format!("strand {i} has {count} points: a {kind}{basis:?} curve has {needs}"));
-            }
             total = total.saturating_add(count);
             checked.push(count);
         }
         if total != points {
             return fail(format!("curveVertexCounts add up to {total}, but there are {points} points"));
         }
-        let layout = Layout { basis, pinned, counts: checked, total };
+        let layout = Layout { basis, ends, at_knots: false, counts: checked, total };
         // Strands use 32-bit indices.
         match total.checked_add(layout.phantoms() * layout.counts.len()) {
             Some(n) if u32::try_from(n).is_ok() => Ok(layout),
@@ -51,8 +55,14 @@ impl Layout {
         }
     }
 
+    /// The number of points that each curve gets besides those of the file.
     fn phantoms(&self) -> usize {
-        if self.pinned { 2 } else { 0 }
+        match (self.ends, self.basis) {
+            (Ends::Open, _) => 0,
+            (Ends::Pinned, _) => 2,
+            (Ends::Closed, Basis::Linear | Basis::Bezier) => 1,
+            (Ends::Closed, _) => 3,
+        }
     }
 
     /// The index of the first point of each strand, and the total number of points, with phantom points.
@@ -72,9 +82,10 @@ impl Layout {
     fn knots(&self, count: usize) -> usize {
         match self.basis {
             Basis::Linear => count,
-            Basis::Bezier => (count - 1) / 3 + 1,
-            _ if self.pinned => count,
-            _ => count - 2,
+            Basis::Bezier if self.ends == Ends::Closed => count / 3,
+            Basis::Bezier => count.div_ceil(3),
+            _ if self.ends != Ends::Open => count,
+            _ => count.saturating_sub(2),
         }
     }
 
@@ -92,7 +103,7 @@ impl Layout {
         let (expected, kind) = match primvar.interpolation {
             Interpolation::Constant => (1, "constant"),
             Interpolation::Uniform => (self.counts.len(), "uniform"),
-            Interpolation::Vertex => (self.total, "vertex"),
+            Interpolation::Vertex if !self.at_knots => (self.total, "vertex"),
             _ => (self.counts.iter().map(|&n| self.knots(n)).sum(), "varying"),
         };
         let (expected, kind) = if given == 1 && expected != 1 { (1, "constant") } else { (expected, kind) };
@@ -118,13 +129,25 @@ impl Layout {
         for &count in &self.counts {
             let (strand, after) = rest.split_at(if at_knots { self.knots(count) } else { count });
             rest = after;
-            let is_bezier = self.basis == Basis::Bezier;
-            if is_bezier && at_knots {
-                for pair in strand.windows(2) {
-                    points.extend([pair[0], mix(pair[0], pair[1], 1.0 / 3.0), mix(pair[0], pair[1], 2.0 / 3.0)]);
+            let end = points.len() + count + self.phantoms();
+            let is_closed = self.ends == Ends::Closed;
+            let knots = self.basis != Basis::Linear && at_knots;
+            if self.basis == Basis::Bezier && knots {
+                let first = strand.first().filter(|_| is_closed);
+                let ends = strand.windows(2).map(|pair| [pair[0], pair[1]]);
+                for [a, b] in ends.chain(strand.last().zip(first).map(|(a, b)| [*a, *b])) {
+                    points.extend([a, mix(a, b, 1.0 / 3.0), mix(a, b, 2.0 / 3.0)]);
                 }
-                points.extend(strand.last());
-            } else if self.pinned || (at_knots && !is_bezier && self.basis != Basis::Linear) {
+                points.extend(first.or(strand.last()));
+            } else if is_closed {
+                // The first knot of a spline is at its second point.
+                let turned = if knots { strand.len().saturating_sub(1) } else { 0 };
+                points.extend(strand.iter().cycle().skip(turned).take(if strand.is_empty() {
+                    0
+                } else {
+                    end - points.len()
+                }));
+            } else if strand.len() >= 2 && (self.ends == Ends::Pinned || knots) {
                 // As UsdGeomBasisCurves defines: the mirror image of the second point about the first.
                 let beyond = |end: [f32; N], next: [f32; N]| std::array::from_fn(|c| 2.0 * end[c] - next[c]);
                 let (first, last) = (strand[0], strand[strand.len() - 1]);
@@ -134,6 +157,8 @@ impl Layout {
             } else {
                 points.extend_from_slice(strand);
             }
+            // Only curves with too few points lack values.
+            points.resize(end, [f32::NAN; N]);
         }
         points
     }
@@ -145,7 +170,8 @@ mod tests {
     use crate::stage::Numbers;
 
     fn layout(basis: Basis, pinned: bool, counts: &[i64]) -> Layout {
-        Layout::new("/a", basis, pinned, counts, counts.iter().sum::<i64>() as usize).unwrap()
+        let ends = if pinned { Ends::Pinned } else { Ends::Open };
+        Layout::new("/a", basis, ends, counts, counts.iter().sum::<i64>() as usize).unwrap()
     }
 
     fn spread(layout: &Layout, values: &[f32], interpolation: Interpolation) -> Result<Values<[f32; 1]>, Error> {
@@ -168,15 +194,52 @@ mod tests {
         expect(layout(Basis::Bezier, false, &[7]), &[0.0, 3.0, 6.0], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     }
 
+    /// Loops of splines have as many segments as points, and values at knots stay with their points.
+    #[test]
+    fn closed_curves_repeat_their_first_points() {
+        let closed = |basis, count: i64| Layout::new("/a", basis, Ends::Closed, &[count], count as usize).unwrap();
+        let all = |layout: &Layout, values: &[f32], at_knots| {
+            let values: Vec<[f32; 1]> = values.iter().map(|&x| [x]).collect();
+            layout.points(&values, at_knots).into_flattened()
+        };
+        assert_eq!(all(&closed(Basis::Linear, 3), &[1.0, 2.0, 3.0], false), [1.0, 2.0, 3.0, 1.0]);
+        assert_eq!(all(&closed(Basis::BSpline, 4), &[1.0, 2.0, 3.0, 4.0], false), [1.0, 2.0, 3.0, 4.0, 1.0, 2.0, 3.0]);
+        assert_eq!(
+            all(&closed(Basis::CatmullRom, 4), &[2.0, 3.0, 4.0, 1.0], true),
+            [1.0, 2.0, 3.0, 4.0, 1.0, 2.0, 3.0]
+        );
+        assert_eq!(all(&closed(Basis::Bezier, 6), &[0.0, 3.0], true), [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0]);
+        assert_eq!(closed(Basis::BSpline, 4).starts(), [0, 7]);
+    }
+
+    /// Curves with too few points get as many values as they should have, and nothing panics.
+    #[test]
+    fn short_curves_have_their_place() {
+        use Interpolation::{Varying, Vertex};
+        for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
+            for pinned in [false, !matches!(basis, Basis::Linear | Basis::Bezier)] {
+                let counts: Vec<i64> = (0..12).collect();
+                let layout = layout(basis, pinned, &counts);
+                let total = *layout.starts().last().unwrap() as usize;
+                for interpolation in [Varying, Vertex] {
+                    let knots = layout.counts.iter().map(|&n| layout.knots(n)).sum();
+                    let given = if interpolation == Varying { knots } else { layout.total };
+                    let Values::PerPoint(values) = spread(&layout, &vec![1.0; given], interpolation).unwrap() else {
+                        panic!("{basis:?}");
+                    };
+                    assert_eq!(values.len(), total, "{basis:?} {pinned} {interpolation:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn wrong_numbers_are_named() {
-        let error = |basis, pinned, counts: &[i64], points| {
-            Layout::new("/a", basis, pinned, counts, points).unwrap_err().to_string()
+        let error = |counts: &[i64], points| {
+            Layout::new("/a", Basis::Linear, Ends::Open, counts, points).unwrap_err().to_string()
         };
-        assert!(error(Basis::BSpline, false, &[4, 3], 7).contains("/a: strand 1 has 3 points"));
-        assert!(error(Basis::Bezier, false, &[6], 6).contains("3k + 1"));
-        assert!(error(Basis::Linear, false, &[-1], 0).contains("[0] is -1"));
-        assert!(error(Basis::Linear, false, &[10_000_000, i64::MAX, i64::MAX], 4).contains("but there are 4 points"));
+        assert!(error(&[-1], 0).contains("[0] is -1"));
+        assert!(error(&[10_000_000, i64::MAX, i64::MAX], 4).contains("but there are 4 points"));
         let error = spread(&layout(Basis::Linear, false, &[2, 2]), &[1.0; 3], Interpolation::Vertex).unwrap_err();
         assert!(error.to_string().contains("widths has 3 values, but with vertex interpolation there must be 4"));
     }

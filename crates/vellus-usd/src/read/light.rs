@@ -7,6 +7,7 @@ use crate::read::context::{Reader, TextureSource};
 use crate::read::link::Linked;
 use crate::read::xform::{Place, is_rigid, mean_scale, rigid};
 use crate::stage::{Stage, When};
+use crate::warning::Fault;
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
 use vellus_scene::{Ground, Light, Link, Mesh, Shaping, Surface, Wrap};
@@ -31,7 +32,7 @@ fn size(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Err
 
 /// The emission, RGB: intensity × 2^exposure × colour.
 fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3], Error> {
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let strength = get(stage, prim, "intensity", intensity)? * get(stage, prim, "exposure", 0.0)?.exp2();
     let (name, color) = match stage.precise(prim, "inputs:color", When::Open)? {
         Some(color) => ("inputs:color", Some(color)),
@@ -66,7 +67,7 @@ fn is_point(stage: &Stage, prim: &str) -> Result<bool, Error> {
 /// The shaping of a light (UsdLuxShapingAPI). `None` if it changes nothing.
 fn shaping(reader: &mut Reader, place: &Place) -> Result<Option<Shaping>, Error> {
     let prim = place.path.as_str();
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let has_cone = stage.has_value(prim, "inputs:shaping:cone:angle")?;
     // The schema's default of 90 degrees only counts where a file has it: UsdLux has no lights with a default cone.
     let cone = if has_cone { get(stage, prim, "shaping:cone:angle", 90.0)? } else { 180.0 };
@@ -104,10 +105,10 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let is_distant = place.type_name == "DistantLight";
     let emitted = emission(reader, prim, if is_distant { 50_000.0 } else { 1.0 })?;
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let normalize = stage.flag(prim, "inputs:normalize")?.unwrap_or(false);
     let shaping = shaping(reader, place)?;
-    let stage = &reader.stage;
+    let stage = reader.stage;
     // With `normalize`, the power does not depend on the size in world space.
     let radiance = |area: f64| emitted.map(|x| (if normalize { x / area } else { x }) as f32);
     let sized = |x: f64, y: f64| place.to_world * DMat4::from_scale(DVec3::new(x, y, 1.0));
@@ -172,7 +173,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     };
     let group = group(reader, prim)?;
     links(reader, prim)?;
-    if !seen(&reader.stage, prim)? {
+    if !seen(reader.stage, prim)? {
         reader.scene.unseen_lights.push(reader.scene.lights.len());
     }
     if let Some(shaping) = shaping {
@@ -186,7 +187,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
 /// Reads the gains of a light, and notes its links. UsdLuxShadowAPI and filters change the light too.
 fn links(reader: &mut Reader, prim: &str) -> Result<(), Error> {
     let index = reader.scene.lights.len();
-    let [diffuse, specular] = [get(&reader.stage, prim, "diffuse", 1.0)?, get(&reader.stage, prim, "specular", 1.0)?];
+    let [diffuse, specular] = [get(reader.stage, prim, "diffuse", 1.0)?, get(reader.stage, prim, "specular", 1.0)?];
     if diffuse < 0.0 || specular < 0.0 {
         return Err(Error::prim(prim, "inputs:diffuse and inputs:specular must not be negative"));
     }
@@ -269,17 +270,27 @@ fn group(reader: &Reader, prim: &str) -> Result<String, Error> {
     Ok(name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(64).collect())
 }
 
+/// The image of a light. A light whose image cannot be read shines without it.
 fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
+    match image_of(reader, prim) {
+        Err(error) => {
+            reader.fault(Fault::Texture, prim, error, "the light shines without it")?;
+            Ok(None)
+        }
+        image => image,
+    }
+}
+
+fn image_of(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
     let file = match reader.stage.asset(prim, "inputs:texture:file")? {
         Some(file) => Some(file),
         None => reader.stage.asset(prim, "texture:file")?,
     };
     let Some(file) = file else { return Ok(None) };
     let encoding = reader.encoding(prim, "inputs:texture:file", true)?;
-    let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2] };
+    let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2], uv: None };
     if source.file.contains(UDIM) {
-        reader.warnings.add(prim, format!("the image of a light cannot have tiles ({UDIM}): it is left out"));
-        return Ok(None);
+        return Err(Error::prim(prim, format!("the image of a light cannot have tiles ({UDIM})")));
     }
     let index = reader.texture(prim, source)?;
     let Reader { images, scene, .. } = reader;
@@ -361,7 +372,7 @@ fn nearest_orthogonal(matrix: &DMat4) -> (DMat3, bool) {
 /// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD
 /// has them.
 fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
-    let (stage, prim) = (&reader.stage, place.path.as_str());
+    let (stage, prim) = (reader.stage, place.path.as_str());
     let names = ["vellus:groundHeight", "vellus:groundRadius"];
     let given = [stage.has_value(prim, names[0])?, stage.has_value(prim, names[1])?];
     if given == [false; 2] {

@@ -15,9 +15,12 @@ pub(crate) const LINKS: [&str; 2] = ["lightLink", "shadowLink"];
 fn collection(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, Error> {
     let own = |part: &str| format!("collection:{name}:{part}");
     let prefix = own("");
-    if !stage.properties(prim)?.iter().any(|property| property.as_str().starts_with(&prefix)) {
+    let properties = stage.properties(prim)?;
+    let all: Vec<&str> = properties.iter().filter(|property| property.starts_with(&prefix)).collect();
+    if all.is_empty() {
         return Ok(None);
     }
+    stage.know(prim, &all)?;
     let has_root = stage.flag(prim, &own("includeRoot"))? != Some(false);
     let expands =
         stage.words(prim, &own("expansionRule"))?.unwrap_or_default().first().is_none_or(|w| w != "explicitOnly");
@@ -29,14 +32,11 @@ fn collection(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, E
 }
 
 /// The collections of all lights of a stage that lack some prims.
-pub(crate) fn collections(stage: &Stage, places: &[Place]) -> Result<Vec<String>, Error> {
-    let mut found = Vec::new();
-    for place in places.iter().filter(|place| place.type_name.contains("Light") && place.shown) {
-        for name in LINKS {
-            found.extend(collection(stage, &place.path, name)?);
-        }
-    }
-    Ok(found)
+pub(crate) fn collections(stage: &Stage, places: &[Place]) -> Vec<String> {
+    let lights = places.iter().filter(|place| place.type_name.contains("Light") && place.shown);
+    // Errors are reported where the links are read.
+    let of = |place: &Place| LINKS.map(|name| collection(stage, &place.path, name).ok().flatten());
+    lights.flat_map(of).flatten().collect()
 }
 
 /// In which collections the prims of an instance are. Instances share a prototype only if this is the same for both.
@@ -71,9 +71,13 @@ pub(crate) fn read(reader: &mut Reader, places: &[Place]) -> Result<(), Error> {
     for Linked { index, prim, shadows } in lights {
         let mut link = Link { diffuse: 1.0, specular: 1.0, ..Link::default() };
         for (name, objects) in LINKS.into_iter().zip([&mut link.lit, &mut link.casters]) {
-            if let Some(collection) = collection(&reader.stage, &prim, name)? {
-                *objects = members(reader, &prim, &collection, &paths);
-                warn_of_instancers(reader, &prim, &collection, places)?;
+            match collection(reader.stage, &prim, name) {
+                Ok(None) => {}
+                Ok(Some(collection)) => {
+                    *objects = members(reader, &prim, &collection, &paths);
+                    warn_of_instancers(reader, &prim, &collection, places)?;
+                }
+                Err(error) => reader.ignore(&prim, error)?,
             }
         }
         if !shadows {

@@ -10,7 +10,6 @@ use crate::read::skeleton::turn;
 use crate::read::subdivision::subdivide;
 use crate::read::surface::surface;
 use crate::read::xform::Place;
-use crate::stage::When;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::{Mesh, triangulate};
 
@@ -24,18 +23,25 @@ struct Triangle {
 /// Reads a mesh.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
-    let stage = &reader.stage;
+    let stage = reader.stage;
+    let handle = reader.prim(prim)?;
     let word = |name: &str| stage.words(prim, name).map(|words| words.unwrap_or_default().into_iter().next());
     let left_handed = word("orientation")?.as_deref() == Some("leftHanded");
-    let Points { open, close } = points(reader, prim)?;
+    let Points { open, close, base } = points(reader, handle, &["faceVertexCounts", "faceVertexIndices"])?;
+    for points in [Some(&open), close.as_ref()].into_iter().flatten() {
+        if let Some(i) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(Error::prim(prim, format!("points[{i}] is {:?}: it must be finite", points[i])));
+        }
+    }
     if open.is_empty() {
         reader.warnings.add(prim, "it has no points");
         return Ok(());
     }
-    let stage = &reader.stage;
-    let counts = stage.integers(prim, "faceVertexCounts", When::Open)?.unwrap_or_default();
-    let indices = stage.integers(prim, "faceVertexIndices", When::Open)?.unwrap_or_default();
-    let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
+    let surface = surface(reader, prim)?;
+    let texture = reader.scene.surfaces[surface].color.texture;
+    let counts = stage.integers(prim, "faceVertexCounts", base)?.unwrap_or_default();
+    let indices = stage.integers(prim, "faceVertexIndices", base)?.unwrap_or_default();
+    let holes = stage.integers(prim, "holeIndices", base)?.unwrap_or_default();
     check(prim, &counts, &indices, open.len())?;
     let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
     let size = |interpolation| match interpolation {
@@ -45,7 +51,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         Interpolation::FaceVarying => corners,
     };
     let checked = |name: &str, fallback, lanes| -> Result<Option<Primvar>, Error> {
-        let Some(primvar) = primvar(stage, prim, name, fallback)? else { return Ok(None) };
+        let Some(primvar) = primvar(stage, prim, name, fallback, base)? else { return Ok(None) };
         let (given, expected) = (primvar.values.len(), size(primvar.interpolation));
         if given != expected || primvar.values.lanes != lanes {
             let kind = primvar.interpolation;
@@ -57,22 +63,37 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         }
         Ok(Some(primvar))
     };
+    stage.know(prim, &["normals"])?;
     let normals = match checked("primvars:normals", Interpolation::Constant, 3)? {
         Some(normals) => Some(normals),
         None => checked("normals", Interpolation::Vertex, 3)?,
     };
-    let uv = match checked("primvars:st", Interpolation::Constant, 2)? {
-        Some(uv) => Some(uv),
-        None => checked("primvars:uv", Interpolation::Constant, 2)?,
-    };
+    let asked = texture.and_then(|texture| reader.uv_sets.get(&texture)).map(|set| format!("primvars:{set}"));
+    let mut uv = None;
+    for name in asked.iter().map(String::as_str).chain(["primvars:st", "primvars:uv"]) {
+        uv = checked(name, Interpolation::Constant, 2)?;
+        if uv.is_some() {
+            break;
+        }
+    }
+    if texture.is_some() && uv.is_none() {
+        let name = asked.as_deref().unwrap_or("primvars:st");
+        reader.warnings.add(prim, format!("its material has a texture, but it has no {name}: one texel is everywhere"));
+    }
     let mut polygons = Polygons { counts, indices, holes, open, close, normals, uv };
     turn(reader, prim, &mut polygons)?;
-    let polygons = subdivide(reader, place, left_handed, polygons)?;
-    show(reader, place, left_handed, polygons)
+    let polygons = subdivide(reader, place, left_handed, polygons, base)?;
+    show(reader, place, left_handed, polygons, surface)
 }
 
 /// Adds polygons to the scene as triangles, by [`triangulate`].
-pub(crate) fn show(reader: &mut Reader, place: &Place, left_handed: bool, polygons: Polygons) -> Result<(), Error> {
+pub(crate) fn show(
+    reader: &mut Reader,
+    place: &Place,
+    left_handed: bool,
+    polygons: Polygons,
+    surface: usize,
+) -> Result<(), Error> {
     let prim = place.path.as_str();
     // Left-handed orientation and a mirroring transform both reverse the order of corners.
     let flipped = left_handed != (place.to_world.determinant() < 0.0);
@@ -112,7 +133,6 @@ pub(crate) fn show(reader: &mut Reader, place: &Place, left_handed: bool, polygo
         surface: 0,
     };
     mesh.validate()?;
-    let surface = surface(reader, prim)?;
     let surface = light::of_mesh(reader, prim, &mesh, surface)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
     Ok(())

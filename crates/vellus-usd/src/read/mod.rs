@@ -6,6 +6,7 @@ mod context;
 mod curves;
 mod instances;
 mod layout;
+mod ledger;
 pub(crate) mod light;
 pub(crate) mod link;
 pub(crate) mod look;
@@ -14,6 +15,7 @@ mod motion;
 mod network;
 mod options;
 mod polygons;
+mod prim;
 mod primvar;
 mod settings;
 mod shading;
@@ -28,7 +30,7 @@ mod xform;
 pub use options::{Options, Reading};
 pub use settings::RenderSettings;
 
-use crate::error::Error;
+use crate::error::{Error, Invalid};
 use crate::read::context::Reader;
 use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
@@ -37,7 +39,7 @@ use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
 use crate::stage::{MATERIALS, Stage};
-use crate::warning::Warning;
+use crate::warning::{Fault, Warning};
 use std::collections::HashMap;
 use std::path::Path;
 use vellus::Fiber;
@@ -45,13 +47,14 @@ use vellus_scene::Units;
 
 /// Reads a file (.usda, .usdc, .usdz) and the files that it refers to.
 ///
-/// Unsupported prims and inputs are ignored, and a warning names them. Everything is transformed to world space. The up
-/// axis does not change.
+/// Unsupported prims and inputs are ignored, and a warning names them. Parts that cannot be read are left out or
+/// replaced, with a warning ([`crate::Fault`]). Everything is transformed to world space. The up axis does not
+/// change.
 ///
 /// # Errors
-/// [`Error::Read`] if the file cannot be read. [`Error::File`] if it is broken, or a file that it refers to is missing
-/// or broken. [`Error::Prim`] if a prim has values that are inconsistent or out of range. [`Error::Empty`] if nothing
-/// is visible. The function never panics, but a broken binary file may make the panic hook print a line (see
+/// [`Error::Read`] if the file cannot be read. [`Error::File`] if it is broken, too large, or lacks the camera of
+/// [`Options::camera`]. [`Error::Prim`] if that camera cannot be read. [`Error::Empty`] if nothing is visible. The
+/// function never panics, but a broken binary file may make the panic hook print a line (see
 /// [`crate::quiet_caught_panics`]).
 pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     if let Some(width) = options.default_width
@@ -65,22 +68,31 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
 
 fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     let stage = Stage::open(file, options.frame)?;
-    let paths = stage.prims().map_err(|what| Error::file(file, what))?;
-    stage.check_composition(file)?;
-    let units = stage.units().map_err(|what| Error::file(file, what))?;
-    let mut reader = Reader::new(stage, options, units);
+    let broken = |what: Invalid| Error::file(file, what);
+    let paths = stage.prims().map_err(broken)?;
+    let mut reader = Reader::new(&stage, options, Units::CENTIMETERS);
+    let (units, ignored) = stage.units().map_err(broken)?;
+    reader.scene.units = Some(units);
+    ignored.iter().for_each(|what| reader.warnings.add("/", *what));
     let settings = read_prims(&mut reader, file, &paths)?;
+    // Composition goes on while prims are read.
+    for (place, what) in stage.composition_faults().map_err(broken)? {
+        let what = format!("{what}: what it would bring in is left out");
+        reader.warnings.add_fault(Some(Fault::Layer), &place, what);
+    }
     if !options.instances {
         instances::copy_all(&mut reader)?;
     }
-    let Reader { stage, scene, warnings, networks, .. } = reader;
+    ledger::check(&mut reader)?;
+    let Reader { scene, warnings, networks, .. } = reader;
+    let warnings = warnings.into_vec();
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
-        let skipped: Vec<String> = warnings.0.iter().map(ToString::to_string).collect();
+        let skipped: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings: warnings.0, networks, settings, sources: stage.sources() })
+    Ok(Reading { scene, warnings, networks, settings, sources: stage.sources() })
 }
 
 /// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.
@@ -108,33 +120,34 @@ fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, 
             None => return Err(Error::file(file, format!("it has no material {name}: known are {known}"))),
         },
     };
-    let mut reader = Reader::new(stage, &options, Units::CENTIMETERS);
-    reader.strict = true;
+    let mut reader = Reader::new(&stage, &options, Units::CENTIMETERS);
+    reader.is_named = true;
     let found = shading::look(&mut reader, &format!("{MATERIALS}/{material}"))?;
-    let look = found.ok_or_else(|| Error::file(file, format!("the material {material} has no shader of fibres")))?;
+    let (look, _) =
+        found.ok_or_else(|| Error::file(file, format!("the material {material} has no shader of fibres")))?;
     if !look.textured.is_empty() {
         let names: Vec<&str> = look.textured.iter().map(|(parameter, _)| parameter.name()).collect();
         let what =
             format!("a fibre has no images, so those of {} are ignored: bind the material to curves", names.join(", "));
         reader.warnings.add(&look.name, what);
     }
-    Ok((look.fiber, reader.warnings.0))
+    Ok((look.fiber, reader.warnings.into_vec()))
 }
 
 fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Option<RenderSettings>, Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
-    let settings = settings::read(&reader.stage, paths, &mut reader.warnings)?;
+    let settings = settings::read(reader, paths)?;
     let chosen = camera::choose(reader, paths, wanted, &settings)?;
     if let (Some(name), None) = (wanted, &chosen) {
         return Err(Error::file(file, format!("the stage has no camera called {name}")));
     }
     let shutter = match (reader.options.shutter, &chosen) {
         (Some(shutter), _) => shutter,
-        (None, Some(prim)) => camera::shutter(&reader.stage, prim, &settings)?,
+        (None, Some(prim)) => camera::shutter(reader, prim, &settings)?,
         (None, None) => [0.0; 2],
     };
-    if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
+    if !is_shutter(shutter) {
         return Err(Error::file(
             file,
             format!(
@@ -143,18 +156,20 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Opti
             ),
         ));
     }
-    if shutter[1] > shutter[0] && reader.stage.clock.is_timeless() {
+    if shutter[1] > shutter[0] && reader.stage.clock().is_timeless() {
         let what = "the stage has no startTimeCode: the first samples are read, without motion blur; set a frame";
         reader.warnings.add("/", what);
     }
-    reader.stage.clock.close = reader.stage.clock.open + shutter[1];
-    reader.stage.clock.open += shutter[0];
+    reader.stage.set_shutter(shutter);
 
-    let places = places(&reader.stage, paths, &mut reader.warnings)?;
+    let places = places(reader, paths)?;
     // The camera decides how far meshes are subdivided, or their number.
     reader.meshes = places.iter().filter(|place| place.type_name == "Mesh").count();
     if let Some(place) = places.iter().find(|place| Some(&place.path) == chosen.as_ref()) {
-        reader.scene.camera = camera::read(reader, place, &settings)?;
+        match camera::read(reader, place, &settings) {
+            Err(error) if wanted.is_none() => reader.fault(Fault::Prim, &place.path, error, "it is left out")?,
+            camera => reader.scene.camera = camera?,
+        }
         reader.eye = reader.scene.camera;
     }
     reader.skeletons = Skeletons::new(&places);
@@ -180,30 +195,39 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Opti
                 }
             };
             if let Some(prototype) = prototype {
-                instances::add(reader, &place.path, prototype, &place.to_world)?;
+                reader
+                    .attempt(&place.path, |reader| instances::add(reader, &place.path, prototype, &place.to_world))?;
             }
         }
         if !place.shown || place.swallowed {
             continue;
         }
         let kind = place.type_name.as_str();
-        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&kind) || SHAPES.contains(&kind);
+        let is_shape = ["BasisCurves", "HermiteCurves", "Mesh", "GeomSubset"].contains(&kind) || SHAPES.contains(&kind);
         if place.type_name == "PointInstancer" && inside.is_none() {
-            instances::point_instancer(reader, place, &places, &mut point_prototypes)?;
+            reader.attempt(&place.path, |reader| {
+                instances::point_instancer(reader, place, &places, &mut point_prototypes)
+            })?;
         } else if inside.is_none() || !is_shape {
-            read_prim(reader, place)?;
+            reader.attempt(&place.path, |reader| read_prim(reader, place))?;
         }
     }
     link::read(reader, &places)?;
     Ok(settings.picture)
 }
 
+/// Whether a shutter opens and closes in this order.
+fn is_shutter([open, close]: [f64; 2]) -> bool {
+    open.is_finite() && close.is_finite() && open <= close
+}
+
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     match place.type_name.as_str() {
-        "BasisCurves" => curves::read(reader, place),
+        "BasisCurves" | "HermiteCurves" => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
         shape if SHAPES.contains(&shape) => shapes::read(reader, place),
         "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" | "CylinderLight" => {
+            reader.prim(&place.path)?;
             light::read(reader, place)
         }
         "GeomSubset" => {
@@ -214,11 +238,47 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Ok(())
         }
         // Other renderers show these.
-        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "TetMesh" | "Volume" | "GeometryLight"
-        | "PortalLight" | "PluginLight" => {
+        "NurbsCurves" | "NurbsPatch" | "Points" | "TetMesh" | "Volume" | "GeometryLight" | "PortalLight"
+        | "PluginLight" => {
             reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }
-        _ => Ok(()),
+        // Groups: what they have is inherited.
+        "" | "Scope" | "Xform" | "SkelRoot" => reader.prim(&place.path).map(|_| ()),
+        // Prims that are read where others refer to them, and those that are nowhere in a picture.
+        known if UNSEEN.contains(&known) || known.starts_with("Physics") => Ok(()),
+        unknown => {
+            reader.warnings.add(&place.path, format!("{unknown} is not known and is ignored"));
+            Ok(())
+        }
     }
 }
+
+/// Types of prims that are not in a picture by themselves.
+const UNSEEN: [&str; 25] = [
+    "Camera",
+    "Material",
+    "Shader",
+    "NodeGraph",
+    "Backdrop",
+    "PointInstancer",
+    "LightFilter",
+    "PluginLightFilter",
+    "RenderSettings",
+    "RenderProduct",
+    "RenderVar",
+    "RenderPass",
+    "RenderDenoisePass",
+    "Skeleton",
+    "SkelAnimation",
+    "BlendShape",
+    "SpatialAudio",
+    "ColorSpace",
+    "OpenVDBAsset",
+    "Field3DAsset",
+    "HoudiniLayerInfo",
+    "HoudiniFieldAsset",
+    "ArnoldOptions",
+    "ArnoldDriverExr",
+    "CoordSys",
+];

@@ -2,74 +2,91 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::prim::Prim;
 use crate::read::skeleton::pose;
-use crate::stage::{Stage, When};
+use crate::stage::When;
 
-/// The points of a prim in its own space. All coordinates are finite.
+/// The points of a prim in its own space. Coordinates need not be finite.
 pub(crate) struct Points {
     /// When the shutter opens.
     pub open: Vec<[f32; 3]>,
-    /// When the shutter closes, as many; `None` if both times are the same.
+    /// When the shutter closes, as many; `None` if both are the same.
     pub close: Option<Vec<[f32; 3]>>,
+    /// The time whose topology and widths these points have.
+    pub base: When,
 }
 
-/// Reads the points of a prim, in the pose of its skeleton.
-pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
-    let points = authored(reader, prim)?;
-    pose(reader, prim, points)
+/// Reads the points of a prim, in the pose of its skeleton. `topology` names what must be the same while the shutter is
+/// open: otherwise the points do not move, and are those of the frame.
+pub(crate) fn points(reader: &mut Reader, prim: Prim, topology: &[&str]) -> Result<Points, Error> {
+    let points = authored(reader, prim, topology)?;
+    pose(reader, prim.path, points)
 }
 
 /// Reads the points of a prim as they are in the file.
 ///
-/// If the prim has velocities, they move the points of the last sample before the shutter opens, or of the frame if
-/// there are no samples. Later samples are then ignored, because they may have other points.
-fn authored(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
-    let clock = reader.stage.clock;
-    let moves = clock.close != clock.open;
+/// If the prim has velocities, they move the points of the last sample up to the frame, or of the frame if there are no
+/// samples (UsdGeomPointBased, `ComputePointsAtTimes`). Other samples are then ignored, because they may have other
+/// points.
+fn authored(reader: &mut Reader, prim: Prim, topology: &[&str]) -> Result<Points, Error> {
+    let clock = reader.stage.clock();
     if let Some(points) = by_velocities(reader, prim)? {
         return Ok(points);
     }
-    let open = vectors(&reader.stage, prim, "points", When::Open)?.unwrap_or_default();
-    if !moves {
-        return Ok(Points { open, close: None });
+    let at = |when| Ok::<_, Error>(vectors(prim, "points", when)?.unwrap_or_default());
+    let open = at(When::Open)?;
+    if clock.close == clock.open {
+        return Ok(Points { open, close: None, base: When::Open });
     }
-    let close = vectors(&reader.stage, prim, "points", When::Close)?.unwrap_or_default();
-    if close.len() != open.len() {
-        let what = format!("it has {} points when the shutter opens, but {} when it closes", open.len(), close.len());
-        return Err(Error::prim(prim, what));
+    let close = at(When::Close)?;
+    let same = |name: &&str| {
+        let [a, b] = [When::Open, When::Close].map(|when| prim.stage.integers(prim.path, name, when));
+        Ok::<_, Error>(a? == b?)
+    };
+    if close.len() == open.len() && topology.iter().map(same).collect::<Result<Vec<_>, _>>()?.into_iter().all(|x| x) {
+        return Ok(Points { open, close: Some(close), base: When::Open });
     }
-    Ok(Points { open, close: Some(close) })
+    let what = "its points change in number or order while the shutter is open: it has no deformation blur";
+    reader.warnings.add(prim.path, what);
+    let base = When::At(clock.frame);
+    Ok(Points { open: at(base)?, close: None, base })
 }
 
 /// The points, moved by velocities; `None` if the prim has no velocities that match its points.
-fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Error> {
-    let stage = &reader.stage;
-    let clock = stage.clock;
+fn by_velocities(reader: &mut Reader, prim: Prim) -> Result<Option<Points>, Error> {
+    let stage = reader.stage;
+    let clock = stage.clock();
+    let has_velocities = prim.has_value("velocities")?;
+    let has_accelerations = stage.has_property(prim.path, "accelerations")?;
     // Without a frame, there is no reference time.
-    if clock.is_timeless() || !stage.has_value(prim, "velocities")? {
+    if clock.is_timeless() || !has_velocities {
         return Ok(None);
     }
-    let sample = stage.sample_before(prim, "points", clock.open)?;
-    let when = sample.map_or(When::Open, When::At);
-    let points = vectors(stage, prim, "points", when)?.unwrap_or_default();
-    let velocities = vectors(stage, prim, "velocities", when)?.unwrap_or_default();
+    let sample = stage.sample_before(prim.path, "points", clock.frame)?;
+    let when = sample.map_or(When::At(clock.frame), When::At);
+    let points = vectors(prim, "points", when)?.unwrap_or_default();
+    let velocities = vectors(prim, "velocities", when)?.unwrap_or_default();
     if velocities.is_empty() {
         return Ok(None);
     }
-    if velocities.len() != points.len() || stage.sample_before(prim, "velocities", clock.open)? != sample {
-        reader.warnings.add(prim, "its velocities do not match its points in number or in time, and are ignored");
+    if velocities.len() != points.len() || stage.sample_before(prim.path, "velocities", clock.frame)? != sample {
+        reader.warnings.add(prim.path, "its velocities do not match its points in number or in time, and are ignored");
         return Ok(None);
     }
-    let accelerations = vectors(stage, prim, "accelerations", when)?.unwrap_or_default();
-    let same = accelerations.len() == points.len() && stage.sample_before(prim, "accelerations", clock.open)? == sample;
+    let accelerations = if has_accelerations { vectors(prim, "accelerations", when)? } else { None };
+    let accelerations = accelerations.unwrap_or_default();
+    let same =
+        accelerations.len() == points.len() && stage.sample_before(prim.path, "accelerations", clock.frame)? == sample;
     if !accelerations.is_empty() && !same {
-        reader.warnings.add(prim, "its accelerations do not match its points in number or in time, and are ignored");
+        reader
+            .warnings
+            .add(prim.path, "its accelerations do not match its points in number or in time, and are ignored");
     }
-    let per_second = reader.stage.time_codes_per_second().map_err(|what| Error::prim(prim, what))?;
+    let per_second = reader.stage.time_codes_per_second().map_err(|what| prim.error(what))?;
     if let Some(sample) = sample {
         warn_of_frames(reader, prim, sample, (&points, &velocities), per_second)?;
     }
-    let at = |time: f64| -> Result<Vec<[f32; 3]>, Error> {
+    let at = |time: f64| -> Vec<[f32; 3]> {
         let t = (time - sample.unwrap_or(clock.frame)) / per_second;
         let place = |i: usize| -> [f32; 3] {
             std::array::from_fn(|k| {
@@ -77,28 +94,23 @@ fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Erro
                 (f64::from(points[i][k]) + (f64::from(velocities[i][k]) + bend) * t) as f32
             })
         };
-        let moved: Vec<_> = (0..points.len()).map(place).collect();
-        if moved.as_flattened().iter().all(|x| x.is_finite()) {
-            Ok(moved)
-        } else {
-            Err(Error::prim(prim, "its velocities move points to infinity"))
-        }
+        (0..points.len()).map(place).collect()
     };
-    let close = if clock.close == clock.open { None } else { Some(at(clock.close)?) };
-    Ok(Some(Points { open: at(clock.open)?, close }))
+    let close = (clock.close != clock.open).then(|| at(clock.close));
+    Ok(Some(Points { open: at(clock.open), close, base: When::At(clock.frame) }))
 }
 
 /// Adds a warning if the next sample of the points shows that velocities are per time code instead of per second.
 /// Attributes of simulations often are, and exporters copy them as they are.
 fn warn_of_frames(
     reader: &mut Reader,
-    prim: &str,
+    prim: Prim,
     sample: f64,
     (points, velocities): (&[[f32; 3]], &[[f32; 3]]),
     per_second: f64,
 ) -> Result<(), Error> {
-    let Some(next) = reader.stage.sample_after(prim, "points", sample)? else { return Ok(()) };
-    let later = vectors(&reader.stage, prim, "points", When::At(next))?.unwrap_or_default();
+    let Some(next) = reader.stage.sample_after(prim.path, "points", sample)? else { return Ok(()) };
+    let later = vectors(prim, "points", When::At(next))?.unwrap_or_default();
     if later.len() != points.len() {
         return Ok(());
     }
@@ -113,19 +125,16 @@ fn warn_of_frames(
             "its velocities fit its points per frame, but USD has them per second: multiply them by {per_second}, or \
              motion blur is too short"
         );
-        reader.warnings.add(prim, what);
+        reader.warnings.add(prim.path, what);
     }
     Ok(())
 }
 
-fn vectors(stage: &Stage, prim: &str, name: &str, when: When) -> Result<Option<Vec<[f32; 3]>>, Error> {
-    let Some(numbers) = stage.numbers(prim, name, when)? else { return Ok(None) };
+fn vectors(prim: Prim, name: &str, when: When) -> Result<Option<Vec<[f32; 3]>>, Error> {
+    let Some(numbers) = prim.stage.numbers(prim.path, name, when)? else { return Ok(None) };
     if numbers.lanes != 3 && !numbers.values.is_empty() {
-        return Err(Error::prim(prim, format!("{name} must have three coordinates")));
+        return Err(prim.error(format!("{name} must have three coordinates")));
     }
     let (vectors, _) = numbers.values.as_chunks::<3>();
-    match vectors.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
-        Some(i) => Err(Error::prim(prim, format!("{name}[{i}] is {:?}: it must be finite", vectors[i]))),
-        None => Ok(Some(vectors.to_vec())),
-    }
+    Ok(Some(vectors.to_vec()))
 }

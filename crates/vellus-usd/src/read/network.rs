@@ -34,7 +34,6 @@ pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<S
 /// first collection that includes the prim precedes the direct binding of `path`.
 fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
     for name in reader.stage.properties(path)?.iter() {
-        let name = name.as_str();
         let Some(rest) = name.strip_prefix("material:binding:collection:") else { continue };
         // `name`, or `purpose:name`.
         let of = rest.split_once(':').filter(|(_, name)| !name.contains(':')).map_or("", |(purpose, _)| purpose);

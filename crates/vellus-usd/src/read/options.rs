@@ -9,8 +9,8 @@ use vellus_scene::Scene;
 /// Settings that a file does not contain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Width (diameter) of curves that have none, in world units, in [0, 2·10⁹]. If it is `None`, such curves are an
-    /// error.
+    /// Width (diameter) of curves that have none, in world units, in [0, 2·10⁹]. If it is `None`, such curves are
+    /// left out with a warning.
     pub default_width: Option<f32>,
     /// The time code to read. Values are interpolated between samples. If it is `None`, the startTimeCode of the stage
     /// is read, or the first sample of each attribute if the stage has none. Attributes without samples have their
@@ -50,7 +50,7 @@ impl Default for Options {
 pub struct Reading {
     /// The scene, in world space.
     pub scene: Scene,
-    /// What the file has that is not supported.
+    /// What the file has that is not supported or could not be read.
     pub warnings: Vec<Warning>,
     /// The names of looks that are shading networks of other programs. [`Options::network_base`] completed them.
     pub networks: Vec<String>,

@@ -34,8 +34,9 @@ pub(crate) fn primvar(
     prim: &str,
     name: &str,
     fallback: Interpolation,
+    when: When,
 ) -> Result<Option<Primvar>, Error> {
-    let Some(mut values) = stage.numbers(prim, name, When::Open)? else { return Ok(None) };
+    let Some(mut values) = stage.numbers(prim, name, when)? else { return Ok(None) };
     let interpolation = match stage.metadata(prim, name, "interpolation")?.as_deref() {
         None => fallback,
         Some("constant") => Interpolation::Constant,
@@ -48,7 +49,7 @@ pub(crate) fn primvar(
             return Err(Error::prim(prim, format!("{name} has the interpolation {other}: it must be {allowed}")));
         }
     };
-    if let Some(indices) = stage.integers(prim, &format!("{name}:indices"), When::Open)? {
+    if let Some(indices) = stage.integers(prim, &format!("{name}:indices"), when)? {
         let mut expanded = Vec::with_capacity(indices.len() * values.lanes);
         for (i, &index) in indices.iter().enumerate() {
             let row = usize::try_from(index).ok().filter(|&index| index < values.len()).ok_or_else(|| {
@@ -63,12 +64,12 @@ pub(crate) fn primvar(
 }
 
 /// The primvar of the prim itself, or a constant primvar of the nearest ancestor.
-pub(crate) fn inherited(stage: &Stage, prim: &str, name: &str) -> Result<Option<Primvar>, Error> {
-    if let Some(own) = primvar(stage, prim, name, Interpolation::Constant)? {
+pub(crate) fn inherited(stage: &Stage, prim: &str, name: &str, when: When) -> Result<Option<Primvar>, Error> {
+    if let Some(own) = primvar(stage, prim, name, Interpolation::Constant, when)? {
         return Ok(Some(own));
     }
     for ancestor in ancestors(prim).skip(1) {
-        if let Some(theirs) = primvar(stage, ancestor, name, Interpolation::Constant)?
+        if let Some(theirs) = primvar(stage, ancestor, name, Interpolation::Constant, when)?
             && theirs.interpolation == Interpolation::Constant
         {
             return Ok(Some(theirs));

@@ -1,8 +1,9 @@
 //! Reads the settings of a picture (UsdRenderSettings, and its first UsdRenderProduct).
 
 use crate::error::Error;
-use crate::stage::{Stage, When};
-use crate::warning::Warnings;
+use crate::read::context::Reader;
+use crate::stage::When;
+use crate::warning::Fault;
 use vellus_scene::Fit;
 
 /// The largest side of a picture, in pixels.
@@ -46,7 +47,8 @@ pub(crate) struct Settings {
 }
 
 /// The prim of the settings: that of the stage's metadata, or the only one.
-fn find(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> Result<Option<String>, Error> {
+fn find(reader: &mut Reader, paths: &[String]) -> Result<Option<String>, Error> {
+    let Reader { stage, warnings, .. } = reader;
     if let Some(path) = stage.settings_path() {
         let is_there = paths.contains(&path) && stage.type_name(&path)? == "RenderSettings";
         if !is_there {
@@ -72,35 +74,48 @@ fn find(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> Result<Opti
 }
 
 /// Reads the settings of a stage, or their defaults.
-pub(crate) fn read(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> Result<Settings, Error> {
-    let mut settings =
-        Settings { picture: None, camera: None, fit: Fit::Expand, is_instantaneous: false, is_pinhole: false };
-    let Some(prim) = find(stage, paths, warnings)? else { return Ok(settings) };
-    let products = stage.targets(&prim, "products")?;
+pub(crate) fn read(reader: &mut Reader, paths: &[String]) -> Result<Settings, Error> {
+    let none = Settings { picture: None, camera: None, fit: Fit::Expand, is_instantaneous: false, is_pinhole: false };
+    let Some(prim) = find(reader, paths)? else { return Ok(none) };
+    match read_from(reader, paths, &prim) {
+        Ok(settings) => Ok(settings),
+        Err(error) => {
+            reader.fault(Fault::Prim, &prim, error, "the picture has its default settings")?;
+            Ok(none)
+        }
+    }
+}
+
+fn read_from(reader: &mut Reader, paths: &[String], prim: &String) -> Result<Settings, Error> {
+    let products = reader.prim(prim)?.targets("products")?;
+    let Reader { stage, warnings, .. } = reader;
     if products.len() > 1 {
-        warnings.add(&prim, "it has several products: the picture is that of the first, with the layers of --layers");
+        warnings.add(prim, "it has several products: the picture is that of the first, with the layers of --layers");
     }
     // A product overrides what it has of its own.
     let known = |path: &&String| paths.contains(path);
-    let prims: Vec<&String> = products.iter().take(1).filter(known).chain([&prim]).collect();
+    let prims: Vec<&String> = products.iter().take(1).filter(known).chain([prim]).collect();
+    prims.iter().try_for_each(|prim| stage.visit(prim))?;
     let owner = |name: &str| -> Result<&String, Error> {
+        let mut owner = None;
         for prim in &prims {
-            if stage.has_property(prim, name)? {
-                return Ok(prim);
+            // That of the settings counts as read too.
+            if stage.has_property(prim, name)? && owner.is_none() {
+                owner = Some(*prim);
             }
         }
-        Ok(&prim)
+        Ok(owner.unwrap_or(prim))
     };
     let number = |name: &str| stage.precise(owner(name)?, name, When::Open);
     let flag = |name: &str| Ok::<_, Error>(stage.flag(owner(name)?, name)? == Some(true));
-    settings.camera = stage.targets(owner("camera")?, "camera")?.into_iter().next();
-    settings.is_instantaneous = flag("instantaneousShutter")? || flag("disableMotionBlur")?;
-    settings.is_pinhole = flag("disableDepthOfField")?;
+    let camera = stage.targets(owner("camera")?, "camera")?.into_iter().next();
+    let is_instantaneous = flag("instantaneousShutter")? || flag("disableMotionBlur")?;
+    let is_pinhole = flag("disableDepthOfField")?;
     let size = match number("resolution")?.as_deref() {
         None => None,
         Some(&[w, h]) if [w, h].iter().all(|x| (1.0..=MAX_SIDE).contains(x)) => Some([w as usize, h as usize]),
         Some(other) => {
-            warnings.add(&prim, format!("resolution is {other:?}: each must be in [1, {MAX_SIDE}]; it is ignored"));
+            warnings.add(prim, format!("resolution is {other:?}: each must be in [1, {MAX_SIDE}]; it is ignored"));
             None
         }
     };
@@ -112,34 +127,34 @@ pub(crate) fn read(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> 
         {
             let window = [left, bottom, right, top].map(|x| x.clamp(0.0, 1.0) as f32);
             if [left, bottom, right, top].iter().any(|x| !(0.0..=1.0).contains(x)) {
-                warnings.add(&prim, "dataWindowNDC reaches beyond the picture: nothing is rendered there");
+                warnings.add(prim, "dataWindowNDC reaches beyond the picture: nothing is rendered there");
             }
             window
         }
         Some(other) => {
-            warnings.add(&prim, format!("dataWindowNDC is {other:?}, which is not within the picture: it is ignored"));
+            warnings.add(prim, format!("dataWindowNDC is {other:?}, which is not within the picture: it is ignored"));
             whole
         }
     };
-    settings.picture = Some(RenderSettings { size, window });
+    let picture = Some(RenderSettings { size, window });
     let words = stage.words(owner("aspectRatioConformPolicy")?, "aspectRatioConformPolicy")?.unwrap_or_default();
-    settings.fit = match words.first().map_or("expandAperture", String::as_str) {
+    let fit = match words.first().map_or("expandAperture", String::as_str) {
         "expandAperture" => Fit::Expand,
         "cropAperture" => Fit::Crop,
         "adjustApertureWidth" => Fit::AdjustWidth,
         "adjustApertureHeight" => Fit::AdjustHeight,
         other => {
             let what = format!("aspectRatioConformPolicy is {other}, which is not supported: expandAperture is used");
-            warnings.add(&prim, what);
+            warnings.add(prim, what);
             Fit::Expand
         }
     };
     if number("pixelAspectRatio")?.is_some_and(|ratio| ratio != [1.0]) {
-        warnings.add(&prim, "pixelAspectRatio is ignored: pixels are square");
+        warnings.add(prim, "pixelAspectRatio is ignored: pixels are square");
     }
     let purposes = stage.words(owner("includedPurposes")?, "includedPurposes")?.unwrap_or_default();
     if purposes.iter().any(|purpose| purpose == "guide" || purpose == "proxy") {
-        warnings.add(&prim, "includedPurposes is ignored: guides and proxies are not shown");
+        warnings.add(prim, "includedPurposes is ignored: guides and proxies are not shown");
     }
-    Ok(settings)
+    Ok(Settings { picture, camera, fit, is_instantaneous, is_pinhole })
 }

@@ -7,6 +7,7 @@ use crate::read::motion::Points;
 use crate::read::polygons::Polygons;
 use crate::read::primvar::{Interpolation, Primvar};
 use crate::read::skeleton::{pose, turn};
+use crate::read::surface::surface;
 use crate::read::xform::Place;
 use crate::stage::{Numbers, When};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -22,10 +23,11 @@ const ALONG: usize = 64;
 /// A point of a profile: its radius, its place on the axis, and the normal in the same directions.
 type Ring = [f64; 4];
 
-/// Reads a shape. Sizes that are not valid give a warning.
+/// Reads a shape.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
-    let stage = &reader.stage;
+    let stage = reader.stage;
+    reader.prim(prim)?;
     let word = |name: &str| stage.words(prim, name).map(|words| words.unwrap_or_default().into_iter().next());
     let left_handed = word("orientation")?.as_deref() == Some("leftHanded");
     let axis = match word("axis")?.as_deref() {
@@ -71,17 +73,18 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         };
         Ok(valid.then_some(shape))
     };
-    let moves = stage.clock.close != stage.clock.open;
+    let moves = stage.clock().close != stage.clock().open;
     let (open, close) = (at(When::Open)?, if moves { at(When::Close)? } else { None });
     let Some(mut shape) = open.filter(|_| !moves || close.is_some()) else {
-        reader.warnings.add(prim, "its size must be finite and not negative: it is ignored");
-        return Ok(());
+        return Err(Error::prim(prim, "its size must be finite and not negative"));
     };
-    let points = Points { open: std::mem::take(&mut shape.open), close: close.map(|close| close.open) };
-    let Points { open, close } = pose(reader, prim, points)?;
+    let points =
+        Points { open: std::mem::take(&mut shape.open), close: close.map(|close| close.open), base: When::Open };
+    let Points { open, close, base: _ } = pose(reader, prim, points)?;
     (shape.open, shape.close) = (open, close);
     turn(reader, prim, &mut shape)?;
-    show(reader, place, left_handed, shape)
+    let surface = surface(reader, prim)?;
+    show(reader, place, left_handed, shape, surface)
 }
 
 /// An arc of a circle around a point of the axis.

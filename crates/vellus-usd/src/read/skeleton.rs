@@ -15,6 +15,10 @@ use std::rc::Rc;
 /// The schema of prims with a binding.
 const BINDING: &str = "SkelBindingAPI";
 
+/// The properties of a binding that are no primvars.
+const BINDINGS: [&str; 5] =
+    ["skel:skeleton", "skel:animationSource", "skel:joints", "skel:blendShapes", "skel:blendShapeTargets"];
+
 /// When the shutter opens, and when it closes.
 const TIMES: [When; 2] = [When::Open, When::Close];
 
@@ -65,7 +69,7 @@ impl Skeletons {
 /// Moves the points of a prim with its skeleton, if it has one.
 pub(crate) fn pose(reader: &mut Reader, prim: &str, points: Points) -> Result<Points, Error> {
     let Some(binding) = binding(reader, prim, points.open.len())? else { return Ok(points) };
-    let moves = reader.stage.clock.close != reader.stage.clock.open;
+    let moves = reader.stage.clock().close != reader.stage.clock().open;
     let close = points.close.as_ref().unwrap_or(&points.open);
     let mut times = [Some(points.open.clone()), moves.then(|| close.clone())];
     for (time, points) in times.iter_mut().enumerate() {
@@ -75,13 +79,18 @@ pub(crate) fn pose(reader: &mut Reader, prim: &str, points: Points) -> Result<Po
             *points = skins[time].points(points, influences);
         }
     }
-    let is_finite = |points: &Vec<[f32; 3]>| points.as_flattened().iter().all(|x| x.is_finite());
-    if !times.iter().flatten().all(is_finite) {
+    let is_finite = |point: &[f32; 3]| point.iter().all(|x| x.is_finite());
+    // Strands may have points that are not finite already.
+    let stays = |posed: &Vec<[f32; 3]>, given: &[[f32; 3]]| {
+        posed.iter().zip(given).all(|(posed, given)| is_finite(posed) || !is_finite(given))
+    };
+    let given = [&points.open, points.close.as_ref().unwrap_or(&points.open)];
+    if !times.iter().zip(given).all(|(posed, given)| posed.as_ref().is_none_or(|posed| stays(posed, given))) {
         reader.warnings.add(prim, "its skeleton moves points to infinity: it is not posed");
         return Ok(points);
     }
     let [open, close] = times;
-    Ok(Points { open: open.unwrap_or_default(), close })
+    Ok(Points { open: open.unwrap_or_default(), close, base: points.base })
 }
 
 /// Turns the normals of polygons with their skeleton, if they have one.
@@ -107,12 +116,14 @@ pub(crate) fn turn(reader: &mut Reader, prim: &str, polygons: &mut Polygons) -> 
 
 /// The nearest prim, from a prim upward, that has a property of its binding.
 fn bound<'p>(stage: &Stage, prim: &'p str, name: &str) -> Result<Option<&'p str>, Error> {
+    let mut nearest = None;
     for path in ancestors(prim) {
-        if stage.has_property(path, name)? && stage.has_api(path, BINDING)? {
-            return Ok(Some(path));
+        // Those further up count as read too: the nearest one replaces them.
+        if stage.has_property(path, name)? && nearest.is_none() && stage.has_api(path, BINDING)? {
+            nearest = Some(path);
         }
     }
-    Ok(None)
+    Ok(nearest)
 }
 
 /// The target of a relationship that the prim has or inherits.
@@ -130,8 +141,12 @@ fn words(stage: &Stage, prim: &str, name: &str) -> Result<Option<Vec<String>>, E
 
 /// What moves the points of a prim; `None` if nothing does.
 fn binding(reader: &mut Reader, prim: &str, points: usize) -> Result<Option<Binding>, Error> {
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let own = stage.has_property(prim, "skel:skeleton")?;
+    // A warning says why a binding has no effect.
+    for path in ancestors(prim) {
+        stage.know(path, &BINDINGS)?;
+    }
     let Some(&place) = reader.skeletons.places.get(prim) else {
         if own {
             let what = "it is bound to a skeleton, but it is not below a SkelRoot: it is not posed, as USD defines";
@@ -155,7 +170,7 @@ fn binding(reader: &mut Reader, prim: &str, points: usize) -> Result<Option<Bind
         }
     };
     let Some(pose) = pose else { return Ok(None) };
-    let influences = match influences(&reader.stage, prim, points, &pose.joints)? {
+    let influences = match influences(reader.stage, prim, points, &pose.joints)? {
         Ok(influences) => influences,
         Err(what) => {
             reader.warnings.add(prim, format!("{what}: its skeleton does not move it"));
@@ -163,12 +178,12 @@ fn binding(reader: &mut Reader, prim: &str, points: usize) -> Result<Option<Bind
         }
     };
     let Some(influences) = influences else { return Ok(Some(Binding { pose, skin: None })) };
-    let method = words(&reader.stage, prim, "primvars:skel:skinningMethod")?.unwrap_or_default();
+    let method = words(reader.stage, prim, "primvars:skel:skinningMethod")?.unwrap_or_default();
     if method.first().is_some_and(|method| method != "classicLinear") {
         reader.warnings.add(prim, format!("the skinning method {} is not supported: it is linear", method[0]));
     }
     let name = "primvars:skel:geomBindTransform";
-    let bind = match bound(&reader.stage, prim, name)? {
+    let bind = match bound(reader.stage, prim, name)? {
         Some(owner) => reader.stage.precise(owner, name, When::Open)?,
         None => None,
     };
@@ -231,12 +246,15 @@ fn influences(
 
 /// Reads a skeleton and its animation. `None` with a warning if it has no pose.
 fn read(reader: &mut Reader, skeleton: &str) -> Result<Option<Pose>, Error> {
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let Some(&to_world) = reader.skeletons.places.get(skeleton) else {
         reader.warnings.add(skeleton, "there is no such skeleton below a SkelRoot: what is bound to it is not posed");
         return Ok(None);
     };
+    reader.prim(skeleton)?;
     let joints = stage.words(skeleton, "joints")?.unwrap_or_default();
+    let rest = stage.matrices(skeleton, "restTransforms", When::Open)?.filter(|rest| rest.len() == joints.len());
+    let animation = target(stage, skeleton, "skel:animationSource")?;
     let bound = stage.matrices(skeleton, "bindTransforms", When::Open)?.unwrap_or_default();
     if bound.len() != joints.len() || bound.iter().any(|m| !m.inverse().is_finite()) {
         let (a, b) = (joints.len(), bound.len());
@@ -244,8 +262,11 @@ fn read(reader: &mut Reader, skeleton: &str) -> Result<Option<Pose>, Error> {
         reader.warnings.add(skeleton, what);
         return Ok(None);
     }
-    let rest = stage.matrices(skeleton, "restTransforms", When::Open)?.filter(|rest| rest.len() == joints.len());
-    let animation = target(stage, skeleton, "skel:animationSource")?;
+    if let Some(animation) = &animation {
+        reader.prim(animation)?;
+        // Without joints they have no effect.
+        stage.know(animation, &PARTS.map(|(name, _)| name))?;
+    }
     let mut flaws = Vec::new();
     let mut matrices = [Vec::new(), Vec::new()];
     let mut shapes = [HashMap::new(), HashMap::new()];
@@ -287,11 +308,14 @@ fn read(reader: &mut Reader, skeleton: &str) -> Result<Option<Pose>, Error> {
     Ok(Some(Pose { joints, matrices, shapes, to_world }))
 }
 
+/// The parts of the transforms of joints, and their numbers.
+const PARTS: [(&str, usize); 3] = [("translations", 3), ("rotations", 4), ("scales", 3)];
+
 /// The joints of an animation with their transforms. The inner error is a flaw of it.
 fn animated(stage: &Stage, prim: &str, when: When) -> Result<Result<Vec<(String, DMat4)>, String>, Error> {
     let joints = stage.words(prim, "joints")?.unwrap_or_default();
     let mut parts = Vec::new();
-    for (name, lanes) in [("translations", 3), ("rotations", 4), ("scales", 3)] {
+    for (name, lanes) in PARTS {
         match stage.numbers(prim, name, when)? {
             _ if joints.is_empty() => return Ok(Ok(Vec::new())),
             Some(part) if part.lanes == lanes && part.len() == joints.len() => parts.push(part),
@@ -317,7 +341,7 @@ fn shape(
     points: &mut [[f32; 3]],
     offsets: &str,
 ) -> Result<(), Error> {
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let names = words(stage, prim, "skel:blendShapes")?.unwrap_or_default();
     let targets = match bound(stage, prim, "skel:blendShapeTargets")? {
         Some(owner) if !names.is_empty() => stage.targets(owner, "skel:blendShapeTargets")?,
@@ -326,7 +350,12 @@ fn shape(
     let mut flaws = Vec::new();
     for (name, target) in names.iter().zip(&targets) {
         let Some(&weight) = weights.get(name).filter(|weight| **weight != 0.0) else { continue };
-        if stage.properties(target)?.iter().any(|name| name.as_str().starts_with("inbetweens:")) {
+        reader.prim(target)?;
+        stage.know(target, &["normalOffsets"])?;
+        let properties = stage.properties(target)?;
+        let between: Vec<&str> = properties.iter().filter(|name| name.starts_with("inbetweens:")).collect();
+        stage.know(target, &between)?;
+        if !between.is_empty() {
             flaws.push((target, "inbetween shapes are not supported: the shape is reached along straight lines"));
         }
         let Some(rows) = stage.numbers(target, offsets, When::Open)? else { continue };

@@ -37,9 +37,12 @@ pub(crate) fn subdivide(
     place: &Place,
     left_handed: bool,
     mut polygons: Polygons,
+    base: When,
 ) -> Result<Polygons, Error> {
     let prim = place.path.as_str();
-    let scheme = word(&reader.stage, prim, "subdivisionScheme")?.unwrap_or_else(|| "catmullClark".to_owned());
+    // Without a scheme they have no effect.
+    reader.stage.know(prim, &TAGS)?;
+    let scheme = word(reader.stage, prim, "subdivisionScheme")?.unwrap_or_else(|| "catmullClark".to_owned());
     let scheme = match scheme.as_str() {
         "none" => return Ok(polygons),
         "catmullClark" => Scheme::CatmullClark,
@@ -67,7 +70,7 @@ pub(crate) fn subdivide(
         reader.warnings.add(prim, "it has too many corners to be subdivided: at most 67 million");
         return Ok(polygons);
     }
-    let mut tags = tags(reader, prim, &polygons)?;
+    let mut tags = tags(reader, prim, &polygons, base)?;
     // `Polygons` has checked these numbers.
     let narrow = |values: &[i64]| -> Vec<u32> { values.iter().map(|&x| x as u32).collect() };
     let (counts, corners) = (narrow(&polygons.counts), narrow(&polygons.indices));
@@ -207,10 +210,23 @@ fn word(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, Error> 
     Ok(stage.words(prim, name)?.and_then(|words| words.into_iter().next()))
 }
 
-fn tags(reader: &mut Reader, prim: &str, polygons: &Polygons) -> Result<Tags, Error> {
-    let stage = &reader.stage;
-    let numbers = |name: &str| Ok::<_, Error>(stage.numbers(prim, name, When::Open)?.map_or(Vec::new(), |n| n.values));
-    let integers = |name: &str| Ok::<_, Error>(stage.integers(prim, name, When::Open)?.unwrap_or_default());
+/// The attributes of [`Tags`].
+const TAGS: [&str; 8] = [
+    "creaseIndices",
+    "creaseLengths",
+    "creaseSharpnesses",
+    "cornerIndices",
+    "cornerSharpnesses",
+    "interpolateBoundary",
+    "faceVaryingLinearInterpolation",
+    "triangleSubdivisionRule",
+];
+
+/// Reads the tags at the time of the topology.
+fn tags(reader: &mut Reader, prim: &str, polygons: &Polygons, base: When) -> Result<Tags, Error> {
+    let stage = reader.stage;
+    let numbers = |name: &str| Ok::<_, Error>(stage.numbers(prim, name, base)?.map_or(Vec::new(), |n| n.values));
+    let integers = |name: &str| Ok::<_, Error>(stage.integers(prim, name, base)?.unwrap_or_default());
     let points = polygons.open.len();
     let creases =
         creases(&integers("creaseIndices")?, &integers("creaseLengths")?, &numbers("creaseSharpnesses")?, points);

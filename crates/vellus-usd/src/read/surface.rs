@@ -2,10 +2,11 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
-use crate::read::network::{Input, bound_material, input, surface_shader};
+use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::primvar::{Interpolation, Primvar, inherited};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::{Stage, When};
+use crate::warning::Fault;
 use vellus_scene::{Surface, Tint};
 
 /// Unsupported inputs, and the values at which they have no effect.
@@ -14,37 +15,101 @@ const IDLE: [(&str, f32); 4] =
 
 /// The index of the surface of a mesh in the scene. Reads the surface if it is new.
 pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
-    let material = bound_material(reader, prim)?;
-    let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
-    let shader = shader.filter(|shader| shader.id == "UsdPreviewSurface");
+    let (material, shader) = match bound(reader, prim) {
+        Ok(found) => found,
+        Err(error) => {
+            reader.fault(Fault::Material, prim, error, INSTEAD)?;
+            (None, None)
+        }
+    };
     if let (Some(material), None) = (&material, &shader) {
-        reader.warnings.add(material, "it has no UsdPreviewSurface: its meshes have their displayColor");
+        reader.warnings.add(material, format!("it has no UsdPreviewSurface: {INSTEAD}"));
     }
     let key = shader.as_ref().and(material).unwrap_or_else(|| prim.to_owned());
     if let Some(&known) = reader.surfaces.get(&key) {
         return Ok(known);
     }
-    let surface = match shader {
-        Some(shader) => preview(reader, &key, &shader.prim)?,
-        None => plain(reader, prim)?,
+    let surface = match shader.map(|shader| preview(reader, &key, &shader.prim)) {
+        Some(Ok(surface)) => surface,
+        Some(Err(error)) => {
+            reader.fault(Fault::Material, &key, error, INSTEAD)?;
+            // Other meshes with the material have a displayColor of their own.
+            return add(reader, prim, None);
+        }
+        None => return add(reader, prim, None),
     };
+    add(reader, &key, Some(surface))
+}
+
+/// What happens to meshes whose material cannot be read.
+const INSTEAD: &str = "its meshes have their displayColor";
+
+/// The material of a mesh, and its shader if it is a UsdPreviewSurface.
+fn bound(reader: &mut Reader, prim: &str) -> Result<(Option<String>, Option<Shader>), Error> {
+    let material = bound_material(reader, prim)?;
+    let shader = material.as_ref().map(|m| surface_shader(reader.stage, m)).transpose()?.flatten();
+    Ok((material, shader.filter(|shader| shader.id == "UsdPreviewSurface")))
+}
+
+/// Adds a surface, or that of a mesh without a material, and returns its index.
+fn add(reader: &mut Reader, key: &str, surface: Option<Surface>) -> Result<usize, Error> {
+    let surface = surface.map_or_else(|| plain(reader, key), Ok)?;
     reader.scene.surfaces.push(surface);
-    reader.surfaces.insert(key, reader.scene.surfaces.len() - 1);
+    reader.surfaces.insert(key.to_owned(), reader.scene.surfaces.len() - 1);
     Ok(reader.scene.surfaces.len() - 1)
 }
 
 /// A diffuse surface with the displayColor of the mesh if that is constant, otherwise with the grey that USD defines.
 fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
     let name = "primvars:displayColor";
-    let color = inherited(&reader.stage, prim, name)?;
-    let color =
-        color.filter(|c| c.interpolation == Interpolation::Constant && c.values.len() >= 1 && c.values.lanes == 3);
-    let Some(Primvar { mut values, space, .. }) = color else { return Ok(Surface::diffuse(prim, [0.18; 3])) };
+    let grey = Surface::diffuse(prim, [0.18; 3]);
+    let Some(Primvar { mut values, space, interpolation }) = inherited(reader.stage, prim, name, When::Open)? else {
+        return Ok(grey);
+    };
+    if values.lanes != 3 || values.len() == 0 || values.values.iter().any(|x| !x.is_finite()) {
+        reader.warnings.add(prim, format!("{name} has no finite colour and is ignored"));
+        return Ok(grey);
+    }
     reader.convert(prim, name, space.as_deref(), &mut values)?;
-    Ok(Surface::diffuse(prim, [values.values[0], values.values[1], values.values[2]]))
+    let is_constant =
+        interpolation == Interpolation::Constant || values.values.chunks(3).all(|c| *c == values.values[..3]);
+    if !is_constant {
+        reader.warnings.add(prim, format!("{name} varies over the mesh, which is not supported: its mean is used"));
+    }
+    let count = values.len() as f32;
+    let mean = std::array::from_fn(|c| values.values.iter().skip(c).step_by(3).map(|x| x / count).sum::<f32>());
+    let color = if is_constant { [values.values[0], values.values[1], values.values[2]] } else { mean };
+    let mut surface = Surface::diffuse(prim, color);
+    hold(reader, prim, &mut surface);
+    Ok(surface)
+}
+
+/// Moves values of a surface to the nearest ones that are valid, with a warning.
+fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface) {
+    let Surface { color, roughness, metallic, ior, .. } = surface;
+    let [r, g, b] = &mut color.color;
+    let unit = 0.0..=1.0;
+    let all = [
+        ("its colour", r, unit.clone()),
+        ("its colour", g, unit.clone()),
+        ("its colour", b, unit.clone()),
+        ("inputs:roughness", roughness, unit.clone()),
+        ("inputs:metallic", metallic, unit),
+        ("inputs:ior", ior, 1.0..=4.0),
+    ];
+    for (name, value, range) in all {
+        if !range.contains(value) {
+            let (low, high) = (*range.start(), *range.end());
+            let nearest = if value.is_nan() { low } else { value.clamp(low, high) };
+            let what = format!("{name} is {value}: it must be in [{low}, {high}], so it is clamped to {nearest}");
+            reader.warnings.add(prim, what);
+            *value = nearest;
+        }
+    }
 }
 
 fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, Error> {
+    reader.prim(prim)?;
     let mut surface = Surface {
         name: reader.name(material)?,
         // Default values of the schema.
@@ -54,16 +119,17 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
         metallic: 0.0,
         ior: 1.5,
     };
-    match input(&reader.stage, prim, "inputs:diffuseColor")? {
+    match input(reader.stage, prim, "inputs:diffuseColor")? {
         Input::Shader(source) if source.id == "UsdUVTexture" => {
-            let (texture, color) = uv_texture(reader, &source, false)?;
-            surface.color = Tint { color, texture: Some(texture) };
+            if let Some((texture, color)) = uv_texture(reader, &source, false, true)? {
+                surface.color = Tint { color, texture: Some(texture) };
+            }
         }
         source => set(reader, prim, "inputs:diffuseColor", source, &mut surface.color.color)?,
     }
     let mut number = |name: &str, target: &mut f32| {
         let mut value = [*target];
-        let source = input(&reader.stage, prim, name)?;
+        let source = input(reader.stage, prim, name)?;
         set(reader, prim, name, source, &mut value)?;
         *target = value[0];
         Ok::<_, Error>(())
@@ -71,7 +137,7 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
     number("inputs:roughness", &mut surface.roughness)?;
     number("inputs:metallic", &mut surface.metallic)?;
     number("inputs:ior", &mut surface.ior)?;
-    let source = input(&reader.stage, prim, "inputs:emissiveColor")?;
+    let source = input(reader.stage, prim, "inputs:emissiveColor")?;
     set(reader, prim, "inputs:emissiveColor", source, &mut surface.emission)?;
     if surface.emission.iter().any(|x| !(x.is_finite() && *x >= 0.0)) {
         return Err(Error::prim(prim, "inputs:emissiveColor must be finite and not negative"));
@@ -79,18 +145,19 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
 
     for (name, idle) in IDLE {
         let name = format!("inputs:{name}");
-        let works = match input(&reader.stage, prim, &name)? {
+        let works = match input(reader.stage, prim, &name)? {
             Input::Unset => false,
-            Input::Value(at) => numbers(&reader.stage, &at.prim, &at.name)? != [idle],
+            Input::Value(at) => numbers(reader.stage, &at.prim, &at.name)? != [idle],
             Input::Shader(_) => true,
         };
         if works {
             reader.warnings.add(prim, format!("{name} is not supported and is ignored"));
         }
     }
-    if let Input::Shader(_) = input(&reader.stage, prim, "inputs:normal")? {
+    if let Input::Shader(_) = input(reader.stage, prim, "inputs:normal")? {
         reader.warnings.add(prim, "inputs:normal is not supported and is ignored");
     }
+    hold(reader, prim, &mut surface);
     Ok(surface)
 }
 

@@ -5,7 +5,8 @@ use crate::image::Encoding;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
-use vellus_scene::Wrap;
+use crate::warning::Fault;
+use vellus_scene::{Texture, Wrap};
 
 /// The inputs for the wrap modes along u and v.
 pub(crate) const WRAP_INPUTS: [&str; 2] = ["inputs:wrapS", "inputs:wrapT"];
@@ -25,10 +26,43 @@ fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
     })
 }
 
+/// The colour of a texture that cannot be read and has no fallback. Nothing in a picture has it by chance.
+const MARKED: [f32; 3] = [1.0, 0.0, 1.0];
+
 /// The index of the texture in the scene, and its scale. `is_number` means that only the first channel is used.
-pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(usize, [f32; 3]), Error> {
-    let (source, scale) = texture_source(reader, shader, is_number)?;
-    Ok((reader.texture(&shader.prim, source)?, scale))
+///
+/// A texture that cannot be read is replaced by its fallback, or by a marked colour if it `is_color`. `None` if it has
+/// neither.
+pub(crate) fn uv_texture(
+    reader: &mut Reader,
+    shader: &Shader,
+    is_number: bool,
+    is_color: bool,
+) -> Result<Option<(usize, [f32; 3])>, Error> {
+    let read = texture_source(reader, shader, is_number)
+        .and_then(|(source, scale)| Ok((reader.texture(&shader.prim, source)?, scale)));
+    let error = match read {
+        Ok(found) => return Ok(Some(found)),
+        Err(error) => error,
+    };
+    let fallback = reader.colors(&shader.prim, "inputs:fallback").ok().flatten();
+    let fallback = fallback.and_then(|found| match found.values.as_slice() {
+        &[r, g, b, ..] if [r, g, b].iter().all(|x| x.is_finite()) => Some([r, g, b]),
+        _ => None,
+    });
+    let (instead, color) = match fallback {
+        Some(color) => ("its fallback is used", Some(color)),
+        None if is_color => ("it is magenta", Some(MARKED)),
+        None => ("the input has its own value, or its default", None),
+    };
+    reader.fault(Fault::Texture, &shader.prim, error, instead)?;
+    Ok(color.map(|color| {
+        let channel = ["r", "g", "b"].iter().position(|name| *name == shader.output);
+        let pixel = channel.map_or(color, |channel| [color[channel]; 3]);
+        let texture =
+            Texture { name: shader.prim.clone(), width: 1, height: 1, pixels: vec![pixel], wrap: [Wrap::Repeat; 2] };
+        (reader.add_texture(texture, None), [1.0; 3])
+    }))
 }
 
 /// What the shader reads, and its scale. `is_number` means that only the first channel is used.
@@ -38,10 +72,12 @@ pub(crate) fn texture_source(
     is_number: bool,
 ) -> Result<(TextureSource, [f32; 3]), Error> {
     let prim = shader.prim.as_str();
-    let stage = &reader.stage;
+    reader.prim(prim)?;
+    let stage = reader.stage;
     let missing = || Error::prim(prim, "inputs:file has no path of a file");
     let Input::Value(at) = input(stage, prim, "inputs:file")? else { return Err(missing()) };
-    let file = stage.asset(&at.prim, &at.name)?.ok_or_else(missing)?;
+    // An error after everything else was asked for.
+    let file = stage.asset(&at.prim, &at.name).and_then(|file| file.ok_or_else(missing));
     let channel = match shader.output.as_str() {
         "rgb" => None,
         "r" => (!is_number).then_some(0),
@@ -63,7 +99,7 @@ pub(crate) fn texture_source(
             known.map_or(Encoding::Auto, Encoding::Space)
         }
     };
-    let stage = &reader.stage;
+    let stage = reader.stage;
     let four = |name: &str, fallback: f32| -> Result<[f32; 3], Error> {
         match stage.numbers(prim, name, When::Open)?.map(|n| n.values).as_deref() {
             None => Ok([fallback; 3]),
@@ -79,11 +115,29 @@ pub(crate) fn texture_source(
     if bias != [0.0; 3] {
         reader.warnings.add(prim, "inputs:bias is not supported and is ignored");
     }
-    if let Input::Shader(source) = coordinates {
-        let names = reader.stage.words(&source.prim, "inputs:varname")?.unwrap_or_default();
-        if source.id != "UsdPrimvarReader_float2" || names.first().is_some_and(|n| n != "st" && n != "uv") {
-            reader.warnings.add(prim, "texture coordinates are always the primvar st, without transforms");
+    let uv = match coordinates {
+        Input::Shader(source) => coordinate_set(reader, prim, source)?,
+        _ => None,
+    };
+    Ok((TextureSource { file: file?, encoding, channel, wrap, uv }, channel.map_or(scale, |c| [scale[c]; 3])))
+}
+
+/// The name of the primvar that a texture is looked up at, without `primvars:`. Transforms are not supported.
+fn coordinate_set(reader: &mut Reader, prim: &str, mut source: Shader) -> Result<Option<String>, Error> {
+    if matches!(source.id.as_str(), "UsdTransform2d" | "ND_UsdTransform2d") {
+        let transform = reader.prim(&source.prim)?;
+        for (name, idle) in [("inputs:scale", 1.0), ("inputs:rotation", 0.0), ("inputs:translation", 0.0)] {
+            if transform.numbers(name)?.is_some_and(|numbers| numbers.values.iter().any(|x| *x != idle)) {
+                reader.warnings.add(&source.prim, format!("{name} of texture coordinates is not supported"));
+            }
         }
+        let Input::Shader(inner) = transform.input("inputs:in")? else { return Ok(None) };
+        source = inner;
     }
-    Ok((TextureSource { file, encoding, channel, wrap }, channel.map_or(scale, |c| [scale[c]; 3])))
+    if !matches!(source.id.as_str(), "UsdPrimvarReader_float2" | "ND_UsdPrimvarReader_vector2") {
+        let what = format!("texture coordinates of a {} are not supported: the primvar st is used", source.id);
+        reader.warnings.add(prim, what);
+        return Ok(None);
+    }
+    reader.prim(&source.prim)?.input_token("inputs:varname")
 }

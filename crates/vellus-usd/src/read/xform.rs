@@ -1,8 +1,9 @@
 //! Transforms, visibility and purpose of prims, inherited from parent to child.
 
 use crate::error::Error;
-use crate::stage::{Stage, When};
-use crate::warning::Warnings;
+use crate::read::context::Reader;
+use crate::stage::When;
+use crate::warning::Fault;
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 
 /// A prim with its inherited transform and visibility.
@@ -25,7 +26,7 @@ pub(crate) struct Place {
 }
 
 /// All prims of a stage, parents before children.
-pub(crate) fn places(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> Result<Vec<Place>, Error> {
+pub(crate) fn places(reader: &mut Reader, paths: &[String]) -> Result<Vec<Place>, Error> {
     let mut places: Vec<Place> = Vec::with_capacity(paths.len());
     // Indices of the ancestors of the current prim.
     let mut ancestors: Vec<usize> = Vec::new();
@@ -35,25 +36,38 @@ pub(crate) fn places(stage: &Stage, paths: &[String], warnings: &mut Warnings) -
             ancestors.pop();
         }
         let parent = ancestors.last().map(|&i| &places[i]);
-        let place = place(stage, path, parent, warnings)?;
+        let place = place(reader, path, parent)?;
         ancestors.push(places.len());
         places.push(place);
     }
     Ok(places)
 }
 
-fn place(stage: &Stage, path: &str, parent: Option<&Place>, warnings: &mut Warnings) -> Result<Place, Error> {
+/// A prim whose place is not valid is left out, with its descendants.
+fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Place, Error> {
+    let stage = reader.stage;
     let word = |name| Ok::<_, Error>(stage.words(path, name)?.and_then(|words| words.into_iter().next()));
-    let (local, resets) = local_transform(stage, path, When::Open, warnings)?;
-    let moves = stage.clock.close != stage.clock.open;
-    let local_moved = if moves { local_transform(stage, path, When::Close, warnings)?.0 } else { local };
+    let mut read = || {
+        let (local, resets) = local_transform(reader, path, When::Open)?;
+        let moves = stage.clock().close != stage.clock().open;
+        let moved = if moves { local_transform(reader, path, When::Close)?.0 } else { local };
+        let is_visible = word("visibility")?.as_deref() != Some("invisible");
+        Ok((local, resets, moved, is_visible, word("purpose")?, stage.type_name(path)?))
+    };
+    let (local, resets, local_moved, is_visible, purpose, type_name) = match read() {
+        Ok(read) => read,
+        Err(error) => {
+            reader.fault(Fault::Prim, path, error, "it and what is in it are left out")?;
+            (DMat4::IDENTITY, false, DMat4::IDENTITY, false, None, String::new())
+        }
+    };
     let parent_or = |of: fn(&Place) -> DMat4| parent.filter(|_| !resets).map_or(DMat4::IDENTITY, of);
-    let visible = parent.is_none_or(|p| p.visible) && word("visibility")?.as_deref() != Some("invisible");
+    let visible = parent.is_none_or(|p| p.visible) && is_visible;
     let inherited = parent.map_or("default".to_owned(), |p| p.purpose.clone());
-    let purpose = word("purpose")?.unwrap_or(inherited);
+    let purpose = purpose.unwrap_or(inherited);
     Ok(Place {
         path: path.to_owned(),
-        type_name: stage.type_name(path)?,
+        type_name,
         to_world: parent_or(|p| p.to_world) * local,
         moved: parent_or(|p| p.moved) * local_moved,
         shown: visible && !matches!(purpose.as_str(), "guide" | "proxy"),
@@ -65,7 +79,8 @@ fn place(stage: &Stage, path: &str, parent: Option<&Place>, warnings: &mut Warni
 
 /// The product of the transform operations of a prim, and whether it ignores the transform of its parent. The last
 /// operation applies first.
-fn local_transform(stage: &Stage, prim: &str, when: When, warnings: &mut Warnings) -> Result<(DMat4, bool), Error> {
+fn local_transform(reader: &mut Reader, prim: &str, when: When) -> Result<(DMat4, bool), Error> {
+    let stage = reader.stage;
     let (mut product, mut resets) = (DMat4::IDENTITY, false);
     for name in stage.words(prim, "xformOpOrder")?.unwrap_or_default() {
         if name == "!resetXformStack!" {
@@ -75,7 +90,7 @@ fn local_transform(stage: &Stage, prim: &str, when: When, warnings: &mut Warning
         let (name, inverted) = name.strip_prefix("!invert!").map_or((name.as_str(), false), |name| (name, true));
         let Some(numbers) = stage.precise(prim, name, when)? else {
             if !stage.has_property(prim, name)? {
-                warnings.add(prim, format!("xformOpOrder names {name}, which does not exist: it is ignored"));
+                reader.warnings.add(prim, format!("xformOpOrder names {name}, which does not exist: it is ignored"));
             }
             continue;
         };

@@ -24,6 +24,8 @@ pub(super) struct Careful {
     files: Rc<Files>,
     /// Binary layers that were checked.
     checked: RefCell<HashMap<Digest, Content>>,
+    /// Layers that cannot be read, and why. Composition asks again for each reference.
+    broken: RefCell<HashMap<String, String>>,
 }
 
 impl Careful {
@@ -114,7 +116,13 @@ impl ar::Resolver for Careful {
             self.files.package(path)?;
             return Err(io::Error::new(io::ErrorKind::InvalidData, "broken package: it has no layer"));
         }
-        let bytes = self.layer(&path.to_string_lossy())?;
+        let path = path.to_string_lossy();
+        if let Some(what) = self.broken.borrow().get(&*path) {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, what.clone()));
+        }
+        let bytes = self.layer(&path).inspect_err(|error| {
+            self.broken.borrow_mut().insert(path.clone().into_owned(), error.to_string());
+        })?;
         Ok(Box::new(Bytes(Cursor::new(bytes))))
     }
 
@@ -153,16 +161,20 @@ impl ar::Asset for Bytes {
     }
 }
 
-/// The first text layer with a syntax error, and a message with its position. The errors of `openusd` have neither.
-pub(super) fn parse_error(files: &Files) -> Option<(String, String)> {
-    files.texts().into_iter().find_map(|path| {
-        let bytes = normalized(files.read(&path).ok()?).ok()?.bytes;
+/// The text layers with a syntax error, and messages with its position. The errors of `openusd` have neither.
+pub(super) fn parse_errors(files: &Files) -> Vec<(String, String)> {
+    let errors = files.texts().into_iter().filter_map(|path| {
+        let bytes = match normalized(files.read(&path).ok()?) {
+            Ok(text) => text.bytes,
+            Err(what) => return Some((path, what.0)),
+        };
         let what = match String::from_utf8(bytes) {
             Ok(text) => error_of(&text)?,
             Err(error) => format!("it is not UTF-8 text (byte {})", error.utf8_error().valid_up_to()),
         };
         Some((path, what))
-    })
+    });
+    errors.collect()
 }
 
 /// The syntax error of a text, with its line and column.

@@ -81,6 +81,14 @@ impl Files {
         self.resolved(&self.identifier(authored, Some(&anchor)))
     }
 
+    /// The path of a file that a layer names by a string.
+    pub fn find(&self, layer: &str, authored: &str) -> Option<String> {
+        let anchor = ar::ResolvedPath::new(layer);
+        let identifier = self.identifier(authored, Some(&anchor));
+        self.refer(layer, authored, &identifier);
+        Some(self.disk.resolve(&identifier)?.to_string_lossy().into_owned())
+    }
+
     fn resolved(&self, identifier: &str) -> Option<String> {
         let resolved = self.resolved.borrow();
         resolved.get(identifier)?.as_ref().map(|path| path.to_string_lossy().into_owned())

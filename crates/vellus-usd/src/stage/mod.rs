@@ -13,6 +13,7 @@ mod instances;
 mod materialx;
 mod names;
 mod package;
+mod properties;
 mod text;
 mod usdc_check;
 mod values;
@@ -20,7 +21,7 @@ mod values;
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use crate::image::{TILES, tile_name};
-use careful::{Careful, parse_error};
+use careful::{Careful, parse_errors};
 use classes::Classes;
 use collections::Members;
 use files::Files;
@@ -29,10 +30,13 @@ use instances::Instances;
 pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
 use openusd::{ar, pcp, sdf, usd};
-use std::cell::RefCell;
+pub(crate) use properties::Properties;
+use std::borrow::Cow;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
+use text::ascii;
 use values::{numbers, precise};
 use vellus_io::Sources;
 use vellus_scene::Units;
@@ -48,6 +52,9 @@ const MAX_SITES: usize = 1 << 18;
 /// A stage may have one site more than [`SMALL_SITES`] for each so many bytes of its files. A prim in a text file needs
 /// about as many, so a file that is slow to read is large.
 const BYTES_PER_SITE: u64 = 32;
+
+/// The largest number of prims that are left out because of circles and chains of references and classes.
+const MOST_LEFT_OUT: usize = 100;
 
 /// What each prim of a repeated instance counts: nothing is composed, but its values take about twice as long to read.
 const REPEATED: usize = 2;
@@ -106,7 +113,7 @@ impl Numbers {
 pub(crate) struct Stage {
     stage: usd::Stage,
     /// The times that are read.
-    pub clock: Clock,
+    clock: Cell<Clock>,
     members: Members,
     files: Rc<Files>,
     classes: Classes,
@@ -114,9 +121,15 @@ pub(crate) struct Stage {
     /// Schemas, by prim. They are asked for when the camera is looked for, and again when the prim is read.
     types: RefCell<HashMap<String, Token>>,
     /// Names of properties, by prim.
-    properties: RefCell<HashMap<String, Rc<[Token]>>>,
+    properties: RefCell<HashMap<String, Rc<Properties>>>,
     /// Those of the prim that was asked about last: most questions follow one about the same prim.
-    last: RefCell<(String, Rc<[Token]>)>,
+    last: RefCell<(String, Rc<Properties>)>,
+    /// The prims that were visited, in this order, see [`Stage::visit`].
+    visited: RefCell<Vec<String>>,
+    /// The prims that were not composed, and why.
+    left_out: RefCell<Vec<(String, String)>>,
+    /// The number of sites so far, see [`SMALL_SITES`].
+    sites: Cell<usize>,
 }
 
 /// A property of a prim.
@@ -134,18 +147,22 @@ impl Stage {
         let files = Rc::new(Files::default());
         let resolver = Careful::new(files.clone());
         files.set_top(ar::Resolver::create_identifier(&resolver, name, None));
-        let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| {
-            match parse_error(&files) {
+        let stage =
+            guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| match parse_errors(
+                &files,
+            )
+            .into_iter()
+            .next()
+            {
                 Some((layer, what)) => Error::file(Path::new(&layer), what),
                 None => Error::file(file, what),
-            }
-        })?;
+            })?;
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
         Ok(Stage {
             stage,
-            clock: Clock { frame: open, open, close: open },
+            clock: Cell::new(Clock { frame: open, open, close: open }),
             members: Members::default(),
             files,
             classes: Classes::default(),
@@ -153,6 +170,9 @@ impl Stage {
             types: RefCell::default(),
             properties: RefCell::default(),
             last: RefCell::new((String::new(), Rc::default())),
+            visited: RefCell::default(),
+            left_out: RefCell::default(),
+            sites: Cell::new(0),
         })
     }
 
@@ -161,17 +181,25 @@ impl Stage {
     /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined. The
     /// content of instances that share a prototype is composed once, see [`Instances`].
     pub fn prims(&self) -> Result<Vec<String>, Invalid> {
-        self.prims_of(SMALL_SITES, MAX_SITES)
+        self.prims_below(sdf::Path::abs_root().as_str())
     }
 
-    fn prims_of(&self, small: usize, most: usize) -> Result<Vec<String>, Invalid> {
+    /// A prim and its descendants that are defined, active and not abstract, as [`Stage::prims`].
+    pub fn prims_below(&self, root: &str) -> Result<Vec<String>, Invalid> {
+        self.prims_of(root, SMALL_SITES, MAX_SITES)
+    }
+
+    fn prims_of(&self, root: &str, small: usize, most: usize) -> Result<Vec<String>, Invalid> {
         guarded(|| {
-            let (mut prims, mut sites) = (Vec::new(), 0);
+            let mut prims = Vec::new();
             let mut instances = self.instances.borrow_mut();
-            let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
+            let mut rest = vec![self.stage.prim(root)];
             while let Some(prim) = rest.pop() {
                 if *prim.path() != sdf::Path::abs_root() {
-                    self.classes.check(&self.stage, &self.files, prim.path())?;
+                    if let Err(Failure(what)) = self.classes.check(&self.stage, &self.files, prim.path()) {
+                        self.leave_out(prim.path().as_str(), what)?;
+                        continue;
+                    }
                     // `get_metadata` only uses the path, so it works for prims too.
                     let active = self.stage.attribute(prim.path().clone()).get_metadata::<bool>("active")?;
                     if active == Some(false) || prim.specifier()? != Some(sdf::Specifier::Def) {
@@ -181,7 +209,7 @@ impl Stage {
                 }
                 let index = prim.prim_index().graph()?;
                 let nodes = index.all_nodes().count();
-                sites += nodes;
+                let mut sites = self.sites.get() + nodes;
                 // Without an arc there is no content to share. Most prims have none, and the question is slow.
                 let repeated = match nodes > 1 && prim.is_instance()? {
                     true => instances.visit(prim.path().as_str(), &instances::prototype(&index), &prims),
@@ -191,6 +219,7 @@ impl Stage {
                 // Payloads and references are opened on the way.
                 let bytes = usize::try_from(self.files.size() / BYTES_PER_SITE).unwrap_or(usize::MAX);
                 let allowed = most.min(small.saturating_add(bytes));
+                self.sites.set(sites);
                 if sites > allowed {
                     let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, \
                                 is a site";
@@ -209,6 +238,17 @@ impl Stage {
         })
     }
 
+    /// Notes that a prim is not composed.
+    fn leave_out(&self, prim: &str, what: String) -> Result<(), Failure> {
+        let mut left_out = self.left_out.borrow_mut();
+        left_out.push((prim.to_owned(), what));
+        // Each may have taken a long walk.
+        match left_out.last().filter(|_| left_out.len() > MOST_LEFT_OUT) {
+            Some((prim, what)) => Err(Failure(format!("more than {MOST_LEFT_OUT} prims fail, such as {prim}: {what}"))),
+            None => Ok(()),
+        }
+    }
+
     /// The prototype of an instance. Instances with the same prototype have the same content.
     pub fn prototype(&self, prim: &str) -> Option<String> {
         self.instances.borrow().prototype(prim)
@@ -224,25 +264,33 @@ impl Stage {
         })
     }
 
-    /// Returns an error if a reference or layer could not be composed.
-    pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
-        let errors = guarded(|| Ok(self.stage.composition_errors().iter().map(composition_error).collect::<Vec<_>>()))
-            .map_err(|what| Error::file(file, what))?;
-        let Some(first) = errors.first() else { return Ok(()) };
-        Err(match parse_error(&self.files) {
-            Some((layer, what)) => Error::file(Path::new(&layer), what),
-            None => Error::file(file, first),
-        })
+    /// What could not be composed: a prim or a file, and why. Everything else is there.
+    pub fn composition_faults(&self) -> Result<Vec<(String, String)>, Invalid> {
+        let errors = guarded(|| Ok(self.stage.composition_errors().iter().map(composition_error).collect::<Vec<_>>()))?;
+        let mut faults = self.left_out.borrow().clone();
+        if errors.is_empty() {
+            return Ok(faults);
+        }
+        let broken = parse_errors(&self.files);
+        // The errors of `openusd` about these layers say less.
+        let is_known = |error: &str| broken.iter().any(|(layer, _)| error.contains(layer.as_str()));
+        faults.extend(errors.into_iter().filter(|error| !is_known(error)).map(|error| ("/".to_owned(), error)));
+        faults.extend(broken.clone());
+        Ok(faults)
     }
 
-    /// The unit of length, and whether the up axis is z.
-    pub fn units(&self) -> Result<Units, Invalid> {
+    /// The unit of length, and whether the up axis is z. Values that are not valid are ignored, and named.
+    pub fn units(&self) -> Result<(Units, Vec<&'static str>), Invalid> {
+        let mut ignored = Vec::new();
         let [axis, meters] = ["upAxis", "metersPerUnit"].map(|name| guarded(|| Ok(self.stage.stage_metadata(name)?)));
         let meters = match meters? {
             None => Units::CENTIMETERS.meters_per_unit,
             Some(value) => match precise(value).as_deref() {
                 Some(&[x]) if x.is_finite() && x > 0.0 => x,
-                _ => return Err("metersPerUnit must be a positive number".into()),
+                _ => {
+                    ignored.push("metersPerUnit must be a positive number: the unit is taken for a centimetre");
+                    Units::CENTIMETERS.meters_per_unit
+                }
             },
         };
         let z_up = match axis? {
@@ -250,10 +298,13 @@ impl Stage {
             Some(axis) => match axis.as_str() {
                 Some("Y") => false,
                 Some("Z") => true,
-                _ => return Err("upAxis must be Y or Z".into()),
+                _ => {
+                    ignored.push("upAxis must be Y or Z: Y is taken");
+                    false
+                }
             },
         };
-        Ok(Units { meters_per_unit: meters, z_up })
+        Ok((Units { meters_per_unit: meters, z_up }, ignored))
     }
 
     /// The prim of the RenderSettings that the stage names.
@@ -277,8 +328,41 @@ impl Stage {
         self.ask(prim, |prim| Ok(self.stage.prim(prim).has_api_schema(schema)?))
     }
 
-    /// Names of all properties of a prim.
-    pub fn properties(&self, prim: &str) -> Result<Rc<[Token]>, Error> {
+    /// The times that are read.
+    pub fn clock(&self) -> Clock {
+        self.clock.get()
+    }
+
+    /// Sets when the shutter opens and closes, in time codes relative to the frame.
+    pub fn set_shutter(&self, [open, close]: [f64; 2]) {
+        let frame = self.clock.get().frame;
+        self.clock.set(Clock { frame, open: frame + open, close: frame + close });
+    }
+
+    /// Notes that a prim is read: each of its properties must then be asked for, or be known as one without effect.
+    pub fn visit(&self, prim: &str) -> Result<(), Error> {
+        if self.properties(prim)?.visit() {
+            self.visited.borrow_mut().push(prim.to_owned());
+        }
+        Ok(())
+    }
+
+    /// Notes that properties are known, because others of the same prim replace them.
+    pub fn know(&self, prim: &str, names: &[&str]) -> Result<(), Error> {
+        let properties = self.properties(prim)?;
+        names.iter().for_each(|name| {
+            properties.ask(name);
+        });
+        Ok(())
+    }
+
+    /// The prims that were visited. Instances with the same content count once.
+    pub fn visited(&self) -> Vec<String> {
+        self.visited.borrow().clone()
+    }
+
+    /// All properties of a prim.
+    pub fn properties(&self, prim: &str) -> Result<Rc<Properties>, Error> {
         if self.last.borrow().0 == prim {
             return Ok(self.last.borrow().1.clone());
         }
@@ -286,7 +370,7 @@ impl Stage {
         let known = self.properties.borrow().get(&composed).cloned();
         let names = match known {
             Some(names) => names,
-            None => self.ask(prim, |prim| Ok(self.stage.prim(prim).property_names()?.into()))?,
+            None => self.ask(prim, |prim| Ok(Rc::new(Properties::new(self.stage.prim(prim).property_names()?))))?,
         };
         self.properties.borrow_mut().entry(composed).or_insert_with(|| names.clone());
         *self.last.borrow_mut() = (prim.to_owned(), names.clone());
@@ -295,7 +379,7 @@ impl Stage {
 
     /// Whether a prim has a property. Most properties are not set, and `openusd` is slow to report that.
     pub fn has_property(&self, prim: &str, name: &str) -> Result<bool, Error> {
-        Ok(self.properties(prim)?.iter().any(|known| known.as_str() == name))
+        Ok(self.properties(prim)?.ask(&self.spelled(prim, name)?))
     }
 
     /// Reads numbers, vectors, or an array of them, in single precision.
@@ -348,14 +432,40 @@ impl Stage {
     /// the form `a.usdz[b.png]`.
     pub fn asset(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
         let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
-        let sdf::Value::AssetPath(asset) = &value else {
-            return Err(Error::prim(prim, format!("{name} must be the path of a file")));
+        let (authored, resolved) = match &value {
+            sdf::Value::AssetPath(asset) => (asset.asset_path(), asset.resolved_path().map(str::to_owned)),
+            other => match other.as_str() {
+                Some(path) => (path, self.resolved(prim, name, path)?),
+                None => return Err(Error::prim(prim, format!("{name} must be the path of a file"))),
+            },
         };
-        match (asset.asset_path(), asset.resolved_path()) {
+        match (authored, resolved) {
             ("", _) => Ok(None),
-            (_, Some(resolved)) if !resolved.is_empty() => Ok(Some(resolved.to_owned())),
+            (_, Some(resolved)) if !resolved.is_empty() => Ok(Some(resolved)),
             (authored, _) => Err(Error::prim(prim, format!("{name}: the file {authored} does not exist"))),
         }
+    }
+
+    /// The file that a string stands for, resolved against the layer that has the value.
+    fn resolved(&self, prim: &str, name: &str, authored: &str) -> Result<Option<String>, Error> {
+        self.ask(prim, |prim| {
+            let graph = self.stage.prim_index(sdf::Path::new(prim)?).graph()?;
+            for node in graph.all_nodes() {
+                let property = node.path().append_property(name)?;
+                for (layer, _) in self.stage.node_layer_stack(node) {
+                    let Some(layer) = self.stage.layer_identifier(layer) else { continue };
+                    let has_value = self.stage.layer(&layer).is_some_and(|layer| {
+                        ["default", "timeSamples"]
+                            .iter()
+                            .any(|field| matches!(layer.data().try_field(&property, field), Ok(Some(_))))
+                    });
+                    if has_value {
+                        return Ok(self.files.find(&layer, authored));
+                    }
+                }
+            }
+            Ok(None)
+        })
     }
 
     /// The bytes of a file that [`Stage::asset`] resolved.
@@ -380,7 +490,7 @@ impl Stage {
             return Ok(None);
         }
         self.ask(prim, |prim| {
-            let around = self.attribute(prim, name).bracketing_time_samples(usd::TimeCode::new(time))?;
+            let around = self.attribute(prim, name)?.bracketing_time_samples(usd::TimeCode::new(time))?;
             Ok(around.map(|(before, _)| before))
         })
     }
@@ -392,7 +502,7 @@ impl Stage {
         }
         self.ask(prim, |prim| {
             let later = usd::TimeCode::new(time + 1e-6 * time.abs().max(1.0));
-            let around = self.attribute(prim, name).bracketing_time_samples(later)?;
+            let around = self.attribute(prim, name)?.bracketing_time_samples(later)?;
             Ok(around.map(|(_, after)| after).filter(|after| *after > time))
         })
     }
@@ -401,6 +511,19 @@ impl Stage {
     pub fn time_codes_per_second(&self) -> Result<f64, Invalid> {
         let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;
         if codes.is_finite() && codes > 0.0 { Ok(codes) } else { Err("timeCodesPerSecond must be positive".into()) }
+    }
+
+    /// Whether a property is marked as one that no schema defines.
+    pub fn is_custom(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        self.ask(prim, |prim| Ok(self.attribute(prim, name)?.get_metadata::<bool>("custom")?.unwrap_or(false)))
+    }
+
+    /// Whether a property has a value, a connection or a target.
+    pub fn has_content(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        // A relationship has no connections, and an attribute no targets.
+        Ok(self.has_value(prim, name)?
+            || self.connection(prim, name).is_ok_and(|found| found.is_some())
+            || self.targets(prim, name).is_ok_and(|targets| !targets.is_empty()))
     }
 
     /// Whether an attribute has a value.
@@ -415,7 +538,7 @@ impl Stage {
         }
         self.ask(prim, |prim| {
             // `get_metadata` only uses the path, so it works for relationships too.
-            let value = self.attribute(prim, name).get_metadata::<sdf::Value>(key)?;
+            let value = self.attribute(prim, name)?.get_metadata::<sdf::Value>(key)?;
             Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
         })
     }
@@ -428,9 +551,22 @@ impl Stage {
         let instances = self.instances.borrow();
         self.ask(prim, |composed| {
             self.classes.check_targets(&self.stage, &self.files, composed, name)?;
-            let connections = self.attribute(composed, name).connections()?;
+            let connections = self.attribute(composed, name)?.connections()?;
             let property = connections.first().and_then(|path| path.as_str().rsplit_once('.'));
             Ok(property.map(|(to, name)| Property { prim: instances.seen_from(prim, to), name: name.to_owned() }))
+        })
+    }
+
+    /// The instances of a PointInstancer that are not active, which is metadata of the prim.
+    pub fn inactive_ids(&self, prim: &str) -> Result<Vec<i64>, Error> {
+        self.ask(prim, |prim| {
+            // `get_metadata` only uses the path, so it works for prims too.
+            let value = self.stage.attribute(sdf::Path::new(prim)?).get_metadata::<sdf::Value>("inactiveIds")?;
+            Ok(match value {
+                Some(sdf::Value::Int64ListOp(list)) => list.flatten().into_iter().collect(),
+                Some(sdf::Value::Int64Vec(ids)) => ids,
+                _ => Vec::new(),
+            })
         })
     }
 
@@ -447,8 +583,14 @@ impl Stage {
         })
     }
 
-    fn attribute(&self, prim: &str, name: &str) -> usd::Attribute {
-        self.stage.attribute(format!("{prim}.{name}"))
+    fn attribute(&self, prim: &str, name: &str) -> Result<usd::Attribute, Failure> {
+        Ok(self.stage.attribute(format!("{prim}.{}", self.spelled(prim, name)?)))
+    }
+
+    /// The name of a property in the composed stage: text layers get names in ASCII.
+    fn spelled<'n>(&self, prim: &str, name: &'n str) -> Result<Cow<'n, str>, Error> {
+        let is_known = name.is_ascii() || self.properties(prim)?.iter().any(|known| known == name);
+        Ok(if is_known { name.into() } else { ascii(name) })
     }
 
     /// Asks about a prim. The question gets the path under which it is composed.
@@ -482,12 +624,12 @@ impl Stage {
             return Ok(None);
         }
         let time = match when {
-            When::Open => self.clock.open,
-            When::Close => self.clock.close,
+            When::Open => self.clock().open,
+            When::Close => self.clock().close,
             When::At(time) => time,
         };
         self.ask(prim, |prim| {
-            let attribute = self.attribute(prim, name);
+            let attribute = self.attribute(prim, name)?;
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
         })
@@ -544,11 +686,11 @@ mod tests {
         // 1 + 2 + … + 2⁵, depth first.
         assert_eq!(prims.len(), 63);
         assert_eq!(prims[..4], ["/L5", "/L5/a", "/L5/a/a", "/L5/a/a/a"]);
-        let error = stage.prims_of(63, 63).unwrap_err().0;
+        let error = stage.prims_of("/", 63, 63).unwrap_err().0;
         assert!(error.contains("more than 63 sites"), "{error}");
         // The file has less than 1600 bytes, for 50 sites.
-        let error = stage.prims_of(10, 200).unwrap_err().0;
+        let error = stage.prims_of("/", 10, 200).unwrap_err().0;
         assert!(error.contains("sites for its size"), "{error}");
-        assert!(stage.prims_of(1000, 1000).is_ok());
+        assert!(stage.prims_of("/", 1000, 1000).is_ok());
     }
 }

@@ -1,8 +1,9 @@
 //! Checks a text layer (.usda) and rewrites it before it is parsed.
 //!
 //! The parser of `openusd` is recursive, and its tokens differ from those of USD. So the text that it gets has no
-//! comments, no escapes in strings, and only numbers that it accepts. Both lexers then find the same tokens, and the
-//! checks of this module hold for what is parsed: nesting depth, names of prims, paths, and expressions.
+//! comments, no escapes in strings, and only numbers, types and names that it accepts. Both lexers then find the same
+//! tokens, and the checks of this module hold for what is parsed: nesting depth, names of prims, paths, and
+//! expressions.
 
 use super::arc_list::{ArcList, Item, is_arc};
 use super::arcs::LayerArcs;
@@ -81,6 +82,8 @@ struct Samples {
     times: Vec<(f64, usize)>,
     /// Whether the next number is a time.
     expects_time: bool,
+    /// Whether a sample is one real number. The parser takes one without a point for an integer, whatever its type is.
+    is_real: bool,
 }
 
 /// Where samples are that must be sorted: their times, their places, and where the last one ends.
@@ -161,10 +164,19 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
     }
     if bytes[at..].starts_with(b"#usda ") {
         at += b"#usda ".len();
-        at += bytes[at..].iter().take_while(|c| c.is_ascii_digit() || **c == b'.').count();
+        let version = bytes[at..].iter().take_while(|c| c.is_ascii_digit() || **c == b'.').count();
+        // Later versions have more types and more syntax. What the parser does not know of it, it reports itself.
+        if bytes[at..at + version].starts_with(b"1.") && !bytes[at..at + version].starts_with(b"1.0") {
+            new.replace(at..at + version, b"1.0");
+        }
+        at += version;
     }
     let mut depth = 0;
     let mut words = Words::default();
+    // The last word that stood where an attribute has its type.
+    let mut declared = "";
+    // Where the last word is.
+    let mut last_word = 0..0;
     let mut samples: Option<Samples> = None;
     // Each bracket that is open, and the number of words in it.
     let mut open = vec![(b'{', 0)];
@@ -229,6 +241,11 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if let Some(list) = &mut arcs {
                     list.add(&mut found.arcs, &prims, Item::Prim(&path)).map_err(fail)?;
                 }
+                if let Some((prim, property)) = path.rsplit_once('.').filter(|(_, name)| !name.contains('/'))
+                    && let Cow::Owned(name) = ascii(property)
+                {
+                    new.replace(at..at + used, format!("<{prim}.{name}>").as_bytes());
+                }
                 used
             }
             b'(' | b'[' | b'{' => {
@@ -241,7 +258,8 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     if samples.is_some() {
                         return Err(fail("time samples have no time samples".into()));
                     }
-                    samples = Some(Samples { depth, times: Vec::new(), expects_time: true });
+                    let is_real = matches!(declared, "half" | "float" | "double");
+                    samples = Some(Samples { depth, times: Vec::new(), expects_time: true, is_real });
                 }
                 if first == b'{' && words.0 == ["expressionVariables", "="] {
                     values_of_variables = Some(depth);
@@ -280,10 +298,27 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 words.push("=");
                 1
             }
-            c if c.is_ascii_alphabetic() || c == b'_' => {
-                let is_in = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_' || *c == b':';
+            c if c.is_ascii_alphabetic() || c == b'_' || !c.is_ascii() => {
+                let is_in = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_' || *c == b':' || !c.is_ascii();
                 let used = rest.iter().position(|c| !is_in(c)).unwrap_or(rest.len());
                 let word = std::str::from_utf8(&rest[..used]).unwrap_or_default();
+                if let Cow::Owned(name) = ascii(word) {
+                    new.replace(at..at + used, name.as_bytes());
+                }
+                // The parser reads this list only if it is no list of edits.
+                if word == "inactiveIds" && matches!(words.0[1], "prepend" | "append" | "add") {
+                    new.replace(last_word, b"");
+                }
+                last_word = at..at + used;
+                if let Some(is_array) = before_name(&rest[used..]) {
+                    declared = if is_array { "" } else { word };
+                    // Types that the parser does not know. What it reads instead has the same values.
+                    match (word, is_array) {
+                        ("pathExpression", _) => new.replace(at..at + used, b"string"),
+                        ("uint" | "uint64", true) => new.replace(at..at + used, b"int64"),
+                        _ => {}
+                    }
+                }
                 let is_time = samples.as_ref().is_some_and(|samples| samples.depth == depth && samples.expects_time);
                 if is_time && matches!(word.trim_end_matches(':'), "nan" | "inf") {
                     return Err(fail("a time is no finite number".into()));
@@ -305,9 +340,12 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     if let Some(zero) = zero {
                         new.replace(at + zero..at + zero, b"0");
                     }
-                    if let Some(samples) =
-                        samples.as_mut().filter(|samples| samples.depth == depth && samples.expects_time)
-                    {
+                    let samples = samples.as_mut().filter(|samples| samples.depth == depth);
+                    let is_value = samples.as_ref().is_some_and(|samples| samples.is_real && !samples.expects_time);
+                    if is_value && !rest[..used].iter().any(|c| matches!(c, b'.' | b'e' | b'E')) {
+                        new.replace(at + used..at + used, b".0");
+                    }
+                    if let Some(samples) = samples.filter(|samples| samples.expects_time) {
                         let time = std::str::from_utf8(&rest[..used]).ok().and_then(|text| text.parse::<f64>().ok());
                         let time = time.filter(|time| time.is_finite());
                         // The sum turns -0 into 0, which is the same time.
@@ -323,6 +361,25 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
         at += used;
     }
     Ok(())
+}
+
+/// Whether the text after a word goes on with `[]`, if a name follows: then the word is a type, or a word before one.
+fn before_name(rest: &[u8]) -> Option<bool> {
+    let blank = |from: usize| from + rest[from..].iter().take_while(|c| matches!(c, b' ' | b'\t')).count();
+    let after = blank(0);
+    let is_array = rest[after..].starts_with(b"[]");
+    let name = blank(if is_array { after + 2 } else { after });
+    let begins = |c: &u8| c.is_ascii_alphabetic() || *c == b'_' || !c.is_ascii();
+    (name > 0 && rest.get(name).is_some_and(begins)).then_some(is_array)
+}
+
+/// The name of a property in the characters that the parser accepts.
+pub(super) fn ascii(name: &str) -> Cow<'_, str> {
+    if name.is_ascii() {
+        return name.into();
+    }
+    let spelled = |c: char| if c.is_ascii() { c.to_string() } else { format!("_u{:x}_", u32::from(c)) };
+    name.chars().map(spelled).collect::<String>().into()
 }
 
 /// Replaces a comment by a space and its line breaks.
@@ -518,10 +575,10 @@ mod tests {
     fn samples_are_sorted_and_the_last_of_equal_times_wins() {
         let read_samples = |samples: &str| read(&format!("float a.timeSamples = {{{samples}}} int b"));
         let to = |samples: &str| format!("float a.timeSamples = {{{samples}}} int b");
-        assert_eq!(read_samples(" 1: 2, 3: 4 "), to(" 1: 2, 3: 4 "));
+        assert_eq!(read_samples(" 1: 2, 3: 4. "), to(" 1: 2.0, 3: 4.0 "));
         assert_eq!(read_samples(" 5: [(1, 2)], # c\n -1: [3],\n 3.: None "), to(" -1: [3], 3.0: None, 5: [(1, 2)], "));
-        assert_eq!(read_samples("1: 2, 1: 3, 0: 4, 1.0: 5"), to("0: 4, 1.0: 5, "));
-        assert_eq!(read_samples("0: 1, -0: 2,"), to("-0: 2, "));
+        assert_eq!(read_samples("1: 2, 1: 3, 0: 4e0, 1.0: 5"), to("0: 4e0, 1.0: 5.0, "));
+        assert_eq!(read_samples("0: 1, -0: 2,"), to("-0: 2.0, "));
         for bad in ["nan: 1", "1: 2, inf: 3", "-inf: 3", "1e999: 3", "1: { float b.timeSamples = { 1: 2 } }"] {
             error(&format!("float a.timeSamples = {{ {bad} }}"));
         }

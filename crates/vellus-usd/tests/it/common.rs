@@ -34,3 +34,11 @@ pub fn pixar() -> Option<Command> {
     let found = succeeds(Command::new("python3").args(["-c", "import pxr"]));
     need("openusd", found.map(|()| Command::new("python3")))
 }
+
+/// What is said about a stage: the error if nothing of it can be shown, otherwise its warnings, one a line.
+pub fn told(read: Result<(Scene, Vec<Warning>), Error>) -> String {
+    match read {
+        Ok((_, warnings)) => warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"),
+        Err(error) => error.to_string(),
+    }
+}

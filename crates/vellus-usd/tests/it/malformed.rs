@@ -1,6 +1,7 @@
-//! Broken files give one clear error, without a panic or a huge allocation.
+//! Broken files give one clear message, without a panic or a huge allocation: an error if nothing is left, otherwise a
+//! warning.
 
-use crate::common::{blender, read, read_text};
+use crate::common::{blender, read, read_text, told};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use vellus_usd::Options;
@@ -52,24 +53,27 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
         ),
         (
             curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [1, 1]")),
-            &["/c: strand 0 has 1 points", "at least 2"],
+            &["/c: 2 of 2 strands are left out (strand 0, 1)", "at least 2 points"],
         ),
-        (curves(&format!("{points}{counts}{widths}")), &["strand 0 has 2 points: a Bezier curve has 3k + 1"]),
+        (
+            curves(&format!("{points}{counts}{widths}")),
+            &["1 of 1 strands are left out (strand 0): a Bezier curve has 3k + 1"],
+        ),
         (
             curves(&format!("uniform token basis = \"bspline\" {points}{counts}{widths}")),
-            &["strand 0 has 2 points: a BSpline curve has at least 4"],
+            &["1 of 1 strands are left out (strand 0): a BSpline curve has at least 4"],
         ),
         (
             curves(&format!("{linear}{counts}{widths} point3f[] points = [(0,0,0), (nan,0,0)]")),
-            &["/c: points[1] is [NaN, 0.0, 0.0]: it must be finite"],
+            &["/c: 1 of 1 strands are left out (strand 0)", "all coordinates are finite"],
         ),
         (
             curves(&format!("{linear}{counts}{widths} point3f[] points = [(inf,0,0), (0,0,0)]")),
-            &["/c: points[0]", "must be finite"],
+            &["/c: 1 of 1 strands are left out", "all coordinates are finite"],
         ),
         (
             curves(&format!("{linear}{points}{counts} float[] widths = [1, -1]")),
-            &["/c: widths[1] is -1.0: it must be in [0, 2e9]"],
+            &["/c: 1 of 1 strands are left out", "widths are in [0, 2e9]"],
         ),
         (
             curves(&format!("{linear}{points}{counts} float[] widths = [1, 1, 1]")),
@@ -87,16 +91,6 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
         (curves(&format!("uniform token basis = \"nice\" {points}{counts}{widths}")), &["/c: basis is nice"]),
         (curves(&format!("uniform token wrap = \"paper\" {points}{counts}{widths}")), &["/c: wrap is paper"]),
         (
-            curves(&format!("{whole} float[] primvars:vellus:g = [1, 2, 3] (interpolation = \"uniform\")")),
-            &["/c: primvars:vellus:g has 3 values, but with uniform interpolation there must be 1"],
-        ),
-        (
-            curves(&format!(
-                "{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]"
-            )),
-            &["/c: primvars:st:indices[0] is 7, but there are 1 values"],
-        ),
-        (
             curves(&format!(
                 "{whole} matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(nan,0,0,1)) uniform token[] xformOpOrder = [\"xformOp:transform\"]"
             )),
@@ -112,22 +106,6 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
         (mesh("[3]", "[0, 1, -1]"), &["/m: faceVertexIndices[2] is -1"]),
         (mesh("[2147483647, 3]", "[0, 1, 2]"), &["/m: faceVertexCounts add up to 2147483650, but there are 3"]),
         (mesh("[2]", "[0, 1]"), &["/m: faceVertexCounts[0] is 2", "at least 3"]),
-        (
-            format!("{} def Camera \"k\" {{ float focalLength = 0 }}", curves(&whole)),
-            &["/k: focalLength", "must be positive"],
-        ),
-        (
-            format!("{} def SphereLight \"l\" {{ float inputs:radius = -1 }}", curves(&whole)),
-            &["/l: inputs:radius is -1: it must be positive"],
-        ),
-        (
-            format!("{} def RectLight \"l\" {{ color3f inputs:color = (1, -1, 0) }}", curves(&whole)),
-            &["/l: it emits", "no channel may be negative"],
-        ),
-        (
-            format!("{} def DomeLight \"l\" {{ asset inputs:texture:file = @sky.hdr@ }}", curves(&whole)),
-            &["/l: inputs:texture:file: the file sky.hdr does not exist"],
-        ),
         ("def Xform \"a\" ( references = @gone.usda@ ) {}".to_owned(), &["gone.usda"]),
         ("( subLayers = [@gone.usda@] )".to_owned(), &["gone.usda"]),
         ("def Xform \"a\" {".repeat(5000), &["more than 500 brackets"]),
@@ -145,6 +123,56 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
         }
     }
     read_text(&curves(&whole), &Options::default()).unwrap();
+
+    // The same curves with a flaw that leaves them there.
+    let kept: Vec<(String, &[&str])> = vec![
+        (
+            curves(&format!("{whole} float[] primvars:vellus:g = [1, 2, 3] (interpolation = \"uniform\")")),
+            &["/c: primvars:vellus:g has 3 values, but with uniform interpolation there must be 1: it is ignored"],
+        ),
+        (
+            curves(&format!(
+                "{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]"
+            )),
+            &["/c: primvars:st:indices[0] is 7, but there are 1 values: it is ignored"],
+        ),
+        (
+            format!("{} def Camera \"k\" {{ float focalLength = 0 }}", curves(&whole)),
+            &["/k: focalLength", "must be positive", "it is left out"],
+        ),
+        (
+            format!("{} def SphereLight \"l\" {{ float inputs:radius = -1 }}", curves(&whole)),
+            &["/l: inputs:radius is -1: it must be positive: it is left out"],
+        ),
+        (
+            format!("{} def RectLight \"l\" {{ color3f inputs:color = (1, -1, 0) }}", curves(&whole)),
+            &["/l: it emits", "no channel may be negative"],
+        ),
+        (
+            format!("{} def DomeLight \"l\" {{ asset inputs:texture:file = @sky.hdr@ }}", curves(&whole)),
+            &["/l: inputs:texture:file: the file sky.hdr does not exist: the light shines without it"],
+        ),
+        (
+            format!("( upAxis = \"X\" metersPerUnit = -1 ) {}", curves(&whole)),
+            &["/: upAxis must be Y or Z: Y is taken"],
+        ),
+        (
+            format!(
+                "( subLayers = [@gone.usda@] ) {} def Xform \"a\" ( references = @away.usda@ ) {{}}",
+                curves(&whole)
+            ),
+            &["gone.usda"],
+        ),
+    ];
+    for (body, parts) in &kept {
+        let (scene, warnings) = read_text(body, &Options::default()).unwrap_or_else(|error| panic!("{error}\n{body}"));
+        assert_eq!(scene.strands[0].len(), 1, "{body}");
+        assert!(warnings.iter().any(|w| parts.iter().all(|part| w.to_string().contains(part))), "{warnings:?}\n{body}");
+    }
+    // What the user named is an error.
+    let camera = format!("{} def Camera \"k\" {{ float focalLength = 0 }}", curves(&whole));
+    let named = Options { camera: Some("k".to_owned()), ..Options::default() };
+    assert!(read_text(&camera, &named).unwrap_err().to_string().contains("/k: focalLength"));
 }
 
 /// Found by a fuzzer: with such a name, the search for the parent of a prim never ended.
@@ -309,10 +337,10 @@ fn sizes_are_bounded() {
     let scale =
         |scale: &str| format!("float3 xformOp:scale = {scale} uniform token[] xformOpOrder = [\"xformOp:scale\"]");
     let table = [
-        (curves("(1e20,0,0)", ""), "/c: strand 0, point 1 is (1e20, 0.0, 0.0): it must be finite and within ±1e9"),
-        (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: strand 0, point 0 has the width 1000000000000.0"),
+        (curves("(1e20,0,0)", ""), "/c: 1 of 1 strands are left out (strand 0)"),
+        (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: 1 of 1 strands are left out (strand 0)"),
         (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens the strands"),
-        (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: widths[1] is 1e30: it must be in [0, 2e9]"),
+        (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: 1 of 1 strands are left out (strand 0)"),
         (
             format!("{} def Camera \"k\" {{ float fStop = 1e-30 float focusDistance = 1 }}", curves("(1,0,0)", "")),
             "/k: the lens' radius is",
@@ -323,7 +351,7 @@ fn sizes_are_bounded() {
         ),
     ];
     for (body, message) in table {
-        let error = error_of(&body);
+        let error = told(read_text(&body, &Options::default()));
         assert!(error.contains(message), "{error}");
     }
     let wide = Options { default_width: Some(1e30), ..Options::default() };
@@ -336,7 +364,7 @@ fn errors_of_unset_handles_explain_the_export() {
         "def BasisCurves \"c\" { int[] curveVertexCounts = [4] float[] widths = [1]
         point3f[] points = [(0,0,0), (nan,0,0), (1,0,0), (2,0,0)] }",
     );
-    assert!(error.contains("points[1]") && error.contains("re-export the curves as Catmull-Rom"), "{error}");
+    assert!(error.contains("strand 0") && error.contains("re-export the curves as Catmull-Rom"), "{error}");
 }
 
 /// A package with an invalid directory is refused before it is read.

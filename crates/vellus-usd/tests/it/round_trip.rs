@@ -203,7 +203,12 @@ fn written_scenes_read_back_equal() {
         let expected = in_order_of_use(scene());
         write(&expected, &file).unwrap();
         let (mut found, warnings) = read(&file, &Options::default()).unwrap();
-        assert_eq!(warnings, []);
+        // One of its looks has textures, and the strands have no texture coordinates.
+        let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert!(
+            said.len() == 1 && said[0].contains("bezier: its material has textures, but it has no primvars:st"),
+            "{said:?}"
+        );
         forgive_last_bits(&expected, &mut found);
         assert_eq!(found.strands, expected.strands);
         assert_eq!(found.looks, expected.looks);

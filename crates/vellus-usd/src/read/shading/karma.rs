@@ -74,7 +74,7 @@ struct Names(Vec<(String, String)>);
 impl Names {
     fn of(mapping: &Mapping) -> Result<Self, Error> {
         let properties = mapping.reader.stage.properties(&mapping.shader.prim)?;
-        let inputs = properties.iter().filter_map(|name| name.as_str().strip_prefix("inputs:"));
+        let inputs = properties.iter().filter_map(|name| name.strip_prefix("inputs:"));
         Ok(Names(inputs.map(|name| (name.to_lowercase().replace('_', ""), name.to_owned())).collect()))
     }
 

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::look::{PRIMVAR_READER, Shaded};
 use crate::read::network::{Input, Shader, Walk, input};
 use crate::read::shading::image;
 use crate::read::shading::value::Value;
@@ -20,33 +21,94 @@ pub(super) struct Mapping<'r, 'a> {
     mapped: Vec<String>,
     /// What has no counterpart, for the report.
     lost: Vec<String>,
+    /// Values that were moved into the range of their parameter.
+    held: Vec<String>,
+    /// Parameters that the shader reads from primvars, with their names.
+    primvars: Vec<(Parameter, String)>,
+    /// The name of the texture coordinates of the image that was read last.
+    uv: Option<String>,
 }
 
 impl<'r, 'a> Mapping<'r, 'a> {
     pub fn new(reader: &'r mut Reader<'a>, shader: Shader) -> Self {
         let builder = FiberBuilder::new(reader.options.network_base);
-        Mapping { reader, shader, builder, textured: Vec::new(), mapped: Vec::new(), lost: Vec::new() }
+        Mapping {
+            reader,
+            shader,
+            builder,
+            textured: Vec::new(),
+            mapped: Vec::new(),
+            lost: Vec::new(),
+            held: Vec::new(),
+            primvars: Vec::new(),
+            uv: None,
+        }
     }
 
     /// Sets a parameter, in radians for angles. `from` names the inputs for the report.
     pub fn set(&mut self, parameter: Parameter, value: Value, from: &str) {
         match value {
-            Value::Constant(value) => self.builder.set_value(parameter, value.map(|x| x as f32)),
+            Value::Constant(value) => {
+                let value = value.map(|x| self.held(parameter, x as f32, from));
+                self.builder.set_value(parameter, value);
+            }
             Value::Image(mut texture) => {
                 let (range, unit) = (parameter.range(), parameter.unit());
                 let in_file = |x: f32| unit.from_stored(range.nearest(x));
                 texture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(in_file));
-                self.reader.scene.textures.push(texture);
-                let texture = self.reader.scene.textures.len() - 1;
+                let texture = self.reader.add_texture(texture, self.uv.clone());
                 self.textured.push((parameter, Textured { texture, scale: [1.0; 3] }));
             }
         }
         self.mapped.push(format!("{} from {from}", parameter.name()));
     }
 
-    /// Reports something that has no counterpart.
+    /// A value in the range of its parameter, in radians for angles. Reports one that is outside.
+    fn held(&mut self, parameter: Parameter, value: f32, from: &str) -> f32 {
+        let (range, unit) = (parameter.range(), parameter.unit());
+        let given = unit.from_stored(value);
+        if range.contains(given) {
+            return value;
+        }
+        let (nearest, name, suffix) = (range.nearest(given), parameter.name(), unit.suffix());
+        let gives = if from.contains(" and ") { "give" } else { "gives" };
+        let what = format!(
+            "inputs:{from} {gives} {name} = {given}: the range is {range}{suffix}, so it is clamped to {nearest}"
+        );
+        if !self.held.contains(&what) {
+            self.held.push(what);
+        }
+        unit.to_stored(nearest)
+    }
+
+    /// Sets a parameter from a primvar of the curves if an input of the shader is connected to its reader. Curves
+    /// without the primvar get the reader's fallback. Returns whether there is a reader.
+    pub fn set_primvar(&mut self, parameter: Parameter, name: &str) -> Result<bool, Error> {
+        let prim = self.shader.prim.clone();
+        let Some(node) = self.node(&prim, name)?.filter(|node| node.id.starts_with(PRIMVAR_READER)) else {
+            return Ok(false);
+        };
+        let varname = self.reader.prim(&node.prim)?.input_token("inputs:varname")?;
+        let varname = varname.ok_or_else(|| Error::prim(&node.prim, "inputs:varname must name a primvar"))?;
+        let fallback = self.value_of(&node.prim, "fallback", [0.0; 3])?;
+        self.set(parameter, fallback, name);
+        self.primvars.push((parameter, varname));
+        Ok(true)
+    }
+
+    /// Reports something that has no counterpart: an input, or several in words.
     pub fn lose(&mut self, what: impl Into<String>) {
-        self.lost.push(what.into());
+        let what = what.into();
+        self.known(&[&what]);
+        self.lost.push(what);
+    }
+
+    /// Notes that inputs are known. What happens with them is reported in other words.
+    pub fn known(&mut self, names: &[&str]) {
+        let names: Vec<String> = names.iter().map(|name| format!("inputs:{name}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        // The shader's properties were read before: this cannot fail.
+        let _ = self.reader.stage.know(&self.shader.prim, &names);
     }
 
     /// Reports inputs of the shader that do not have the value at which they have no effect. `neutral` has the value of
@@ -63,12 +125,12 @@ impl<'r, 'a> Mapping<'r, 'a> {
     /// Whether an input of the shader has a value or a connection.
     pub fn has(&self, name: &str) -> Result<bool, Error> {
         let prim = self.shader.prim.as_str();
-        Ok(!matches!(input(&self.reader.stage, prim, &format!("inputs:{name}"))?, Input::Unset))
+        Ok(!matches!(input(self.reader.stage, prim, &format!("inputs:{name}"))?, Input::Unset))
     }
 
     /// The source of an input of a node, if that is an output of another node.
     pub fn node(&self, prim: &str, name: &str) -> Result<Option<Shader>, Error> {
-        Ok(match input(&self.reader.stage, prim, &format!("inputs:{name}"))? {
+        Ok(match input(self.reader.stage, prim, &format!("inputs:{name}"))? {
             Input::Shader(shader) => Some(shader),
             _ => None,
         })
@@ -120,7 +182,7 @@ impl<'r, 'a> Mapping<'r, 'a> {
 
     /// The value of an input of the shader that is true or false.
     pub fn flag(&self, name: &str) -> Result<bool, Error> {
-        Ok(match input(&self.reader.stage, &self.shader.prim, &format!("inputs:{name}"))? {
+        Ok(match input(self.reader.stage, &self.shader.prim, &format!("inputs:{name}"))? {
             Input::Value(at) => self.reader.stage.flag(&at.prim, &at.name)?.unwrap_or(false),
             _ => false,
         })
@@ -132,7 +194,7 @@ impl<'r, 'a> Mapping<'r, 'a> {
         let key = format!("inputs:{name}");
         let (mut walk, mut default) = (Walk::from(prim, &key), default);
         let found = loop {
-            match walk.end(&self.reader.stage)? {
+            match walk.end(self.reader.stage)? {
                 Input::Unset => break None,
                 Input::Value(at) => break self.reader.colors(&at.prim, &at.name)?,
                 Input::Shader(node) if node.id.starts_with("ND_constant_") => {
@@ -140,7 +202,8 @@ impl<'r, 'a> Mapping<'r, 'a> {
                     default = [0.0; 3];
                 }
                 Input::Shader(node) => {
-                    if let Some(texture) = image::read(self.reader, &node)? {
+                    if let Some((texture, uv)) = image::read(self.reader, &node)? {
+                        self.uv = uv;
                         return Ok(Value::Image(texture));
                     }
                     self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
@@ -160,8 +223,9 @@ impl<'r, 'a> Mapping<'r, 'a> {
     }
 
     /// The look, and a warning that reports what was mapped.
-    pub fn finish(self, material: &str) -> Result<Option<Look>, Error> {
-        let Mapping { reader, shader, builder, textured, mapped, lost } = self;
+    pub fn finish(self, material: &str) -> Result<Option<Shaded>, Error> {
+        let Mapping { reader, shader, builder, textured, mapped, lost, held, primvars, uv: _ } = self;
+        held.into_iter().try_for_each(|what| reader.complain(&shader.prim, what))?;
         if mapped.is_empty() {
             let what = format!("a {} without inputs that say anything about a fibre is ignored", shader.id);
             reader.warnings.add(&shader.prim, what);
@@ -183,6 +247,6 @@ impl<'r, 'a> Mapping<'r, 'a> {
         reader.warnings.add(&shader.prim, what);
         let look = Look { name: reader.name(material)?, fiber, textured };
         reader.networks.push(look.name.clone());
-        Ok(Some(look))
+        Ok(Some((look, primvars)))
     }
 }

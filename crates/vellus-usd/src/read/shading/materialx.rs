@@ -22,6 +22,7 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     mapping.lose_unless(1.0, &["tint_R", "tint_TT", "tint_TRT"])?;
     mapping.lose("roughness of TT and TRT along the fibre");
     mapping.lose("azimuthal roughness of R and TRT");
+    mapping.known(&["roughness_TRT", "curve_direction"]);
     Ok(())
 }
 

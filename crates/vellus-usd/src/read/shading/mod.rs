@@ -12,9 +12,9 @@ mod value;
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::look::Shaded;
 use crate::read::network::{Input, Shader, input};
 use mapping::Mapping;
-use vellus_scene::Look;
 
 /// The outputs of a material at which renderers look for its surface, in the order of preference.
 const OUTPUTS: [&str; 6] = [
@@ -45,7 +45,7 @@ fn map_of(id: &str) -> Option<Map> {
 /// warning reports what was mapped.
 ///
 /// [`Options::network_base`](crate::Options::network_base) gives the parameters that the network lacks.
-pub(crate) fn look(reader: &mut Reader, material: &str) -> Result<Option<Look>, Error> {
+pub(crate) fn look(reader: &mut Reader, material: &str) -> Result<Option<Shaded>, Error> {
     let mut others: Vec<Shader> = Vec::new();
     for output in OUTPUTS {
         let Some(shader) = surface(reader, material, output)? else { continue };
@@ -53,6 +53,7 @@ pub(crate) fn look(reader: &mut Reader, material: &str) -> Result<Option<Look>, 
             others.push(shader);
             continue;
         };
+        reader.prim(&shader.prim)?;
         let mut mapping = Mapping::new(reader, shader);
         map(&mut mapping)?;
         return mapping.finish(material);
@@ -65,12 +66,12 @@ pub(crate) fn look(reader: &mut Reader, material: &str) -> Result<Option<Look>, 
 
 /// The shader at an output of a material. The BSDF if that is a MaterialX surface, which has no inputs that we need.
 fn surface(reader: &Reader, material: &str, output: &str) -> Result<Option<Shader>, Error> {
-    let mut shader = match input(&reader.stage, material, output)? {
+    let mut shader = match input(reader.stage, material, output)? {
         Input::Shader(shader) => shader,
         _ => return Ok(None),
     };
     if shader.id == "ND_surface" {
-        shader = match input(&reader.stage, &shader.prim, "inputs:bsdf")? {
+        shader = match input(reader.stage, &shader.prim, "inputs:bsdf")? {
             Input::Shader(bsdf) => bsdf,
             _ => return Ok(None),
         };

@@ -10,7 +10,7 @@ const SURFACE: [&str; 8] =
 
 /// Reads the diffuse colour of UsdPreviewSurface as the reflectance of the coat. Without that input nothing is mapped.
 pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
-    if mapping.has("diffuseColor")? {
+    if mapping.has("diffuseColor")? && !mapping.set_primvar(Parameter::Reflectance, "diffuseColor")? {
         let color = mapping.value("diffuseColor", [0.18; 3])?;
         mapping.set(Parameter::Reflectance, color, "diffuseColor");
     }

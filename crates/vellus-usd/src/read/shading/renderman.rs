@@ -24,6 +24,7 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     mapping.lose_unless(0.0, &["diffuseGain", "glowGain", "specularEnergyCompensation", "shadowColor"])?;
     mapping.lose("specularColorTRT");
     mapping.lose("cone angles of TT and TRT");
+    mapping.known(&["specularConeAngleTT", "specularConeAngleTRT"]);
     mapping.lose("specularGlintWidth");
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Bindings of materials to prims and to collections.
 
 use super::{FOUR, said, scene};
-use crate::common::read_text;
+use crate::common::{read_text, told};
 use vellus::Fiber;
 use vellus_usd::Options;
 
@@ -73,6 +73,6 @@ fn materials_are_bound_by_collections() {
     };
     assert_eq!(read(&chain(100), "", "").0, [none; 3]);
     let body = format!("def Xform \"world\" {{ {} def BasisCurves \"b\" {{ {FOUR} }} }}", chain(1000));
-    let error = read_text(&body, &Options::default()).unwrap_err().to_string();
+    let error = told(read_text(&body, &Options::default()));
     assert!(error.contains("more than 200 collections"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! Cameras, and the units of the stage.
 
 use super::{FOUR, said};
-use crate::common::read_text;
+use crate::common::{read_text, told};
 use glam::Vec3;
 use vellus_scene::Units;
 use vellus_usd::Options;
@@ -42,7 +42,7 @@ def Xform \"rig\" {
     assert_eq!(camera.to_world.x_axis.x, 1.0);
     assert_eq!(camera.moved.unwrap().w_axis.truncate(), Vec3::new(0.0, 6.0, 2.0));
     assert_eq!(scene.strands[0].points[1].truncate(), Vec3::new(1.0, 1.0, 0.0));
-    let error = read_text(body, &by_name("none", None)).unwrap_err().to_string();
+    let error = told(read_text(body, &by_name("none", None)));
     assert!(error.contains("no camera called none"), "{error}");
 }
 
@@ -58,7 +58,7 @@ fn units_are_kept_and_unsupported_camera_settings_warn() {
     assert!(said(&warnings).contains("/c: the camera's exposure is not supported"), "{}", said(&warnings));
     assert_eq!(with("doc = \"none\"").unwrap().0.units, Some(Units::CENTIMETERS));
     for broken in ["metersPerUnit = 0", "metersPerUnit = -1", "metersPerUnit = nan"] {
-        let error = with(broken).unwrap_err().to_string();
+        let error = told(with(broken));
         assert!(error.contains("metersPerUnit must be a positive number"), "{error}");
     }
 }

@@ -19,11 +19,13 @@ def Mesh \"skin\" {
     int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
     point3f[] points = [(0,0,0), (1,0,0), (1,1,0)]
     uniform token subdivisionScheme = \"none\"
+    texCoord2f[] primvars:st = [(0,0), (1,0), (1,1)] ( interpolation = \"vertex\" )
     rel material:binding = </Skin>
 }
 def BasisCurves \"hair\" {
     uniform token type = \"linear\" int[] curveVertexCounts = [2] float[] widths = [1, 1]
     point3f[] points = [(0,0,0), (1,0,0)]
+    texCoord2f[] primvars:st = [(0,0)]
     rel material:binding = </Fur>
 }
 def Material \"Skin\" {

@@ -2,7 +2,7 @@
 
 use super::FOUR;
 use super::said;
-use crate::common::read_text;
+use crate::common::{read_text, told};
 use glam::{Mat4, Vec3, Vec4};
 use vellus_scene::{Scene, Strands};
 use vellus_usd::{Options, Warning};
@@ -13,7 +13,7 @@ fn shared(body: &str) -> (Scene, Vec<Warning>) {
 }
 
 fn error(body: &str) -> String {
-    read_text(body, &Options { instances: true, ..Options::default() }).unwrap_err().to_string()
+    told(read_text(body, &Options { instances: true, ..Options::default() }))
 }
 
 /// The sum over all strands of the distances between the points of two scenes, and of the differences of radii.
@@ -274,4 +274,38 @@ fn broken_instancers_are_refused() {
     let flat = "int[] protoIndices = [0] point3f[] positions = [(0, 0, 0)] float3[] scales = [(0, 1, 1)]";
     let (scene, warnings) = shared(&instancer(flat));
     assert!(scene.instances.is_empty() && said(&warnings).contains("the scale 0"));
+}
+
+/// An `over` keeps prototypes from being drawn by themselves (UsdGeomPointInstancer). What is defined below it
+/// counts, with its own transform and that of its children, and materials that are there, too.
+#[test]
+fn prototypes_may_be_below_an_over() {
+    let body = format!(
+        "def PointInstancer \"herd\" {{ point3f[] positions = [(-10,0,0), (10,0,0)] int[] protoIndices = [0, 0]
+            rel prototypes = </herd/Prototypes/cat>
+            over \"Prototypes\" {{ double3 xformOp:translate = (0, 50, 0) uniform token[] xformOpOrder = [\"xformOp:translate\"]
+                def Xform \"cat\" {{ double3 xformOp:translate = (0, 0, 5) uniform token[] xformOpOrder = [\"xformOp:translate\"]
+                    def BasisCurves \"fur\" {{ {FOUR} }} over \"no\" {{ def BasisCurves \"x\" {{ {FOUR} }} }} }} }} }}"
+    );
+    let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
+    let firsts: Vec<_> = scene.strands.iter().map(|strands| strands.points[0].truncate()).collect();
+    assert_eq!(firsts, [Vec3::new(-10.0, 0.0, 5.0), Vec3::new(10.0, 0.0, 5.0)], "{}", said(&warnings));
+    assert_eq!(said(&warnings), "");
+}
+
+#[test]
+fn instances_that_are_not_active_are_not_shown() {
+    let body = |ids: &str, inactive: &str| {
+        format!(
+            "def PointInstancer \"herd\" ( {inactive} ) {{ point3f[] positions = [(0,0,0), (1,0,0), (2,0,0)]
+                int[] protoIndices = [0, 0, 0] {ids} int64[] invisibleIds = [2] rel prototypes = </herd/p>
+                def BasisCurves \"p\" {{ {FOUR} }} }}"
+        )
+    };
+    for (ids, inactive, left) in
+        [("", "", 2), ("", "inactiveIds = [0]", 1), ("int64[] ids = [7, 8, 2]", "prepend inactiveIds = [8, 9]", 1)]
+    {
+        let (scene, _) = read_text(&body(ids, inactive), &Options::default()).unwrap();
+        assert_eq!(scene.strands.len(), left, "{ids} {inactive}");
+    }
 }

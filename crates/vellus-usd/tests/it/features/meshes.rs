@@ -1,7 +1,7 @@
 //! Meshes and their surfaces.
 
 use super::{said, scene};
-use crate::common::read;
+use crate::common::{read, told};
 use glam::{Vec2, Vec3};
 use vellus_scene::Wrap;
 use vellus_usd::Options;
@@ -101,10 +101,10 @@ def Material \"Hide\" {{
     assert!(said(&warnings).contains("inputs:opacity is not supported"));
     let (scene, _) = stage("hide.png", "g").unwrap();
     assert_eq!((scene.surfaces[0].color.color, scene.textures[0].pixels[0]), ([0.25; 3], [0.2; 3]));
-    let error = stage("./none.png", "rgb").unwrap_err().to_string();
+    let error = told(stage("./none.png", "rgb"));
     assert!(error.contains("/Hide/Graph/Image") && error.contains("./none.png does not exist"), "{error}");
     std::fs::write(folder.path().join("text.png"), "no image").unwrap();
-    let error = stage("./text.png", "rgb").unwrap_err().to_string();
+    let error = told(stage("./text.png", "rgb"));
     assert!(error.contains("text.png: it is no PNG"), "{error}");
 }
 

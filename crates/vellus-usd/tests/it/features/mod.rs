@@ -3,9 +3,11 @@
 mod bindings;
 mod cameras;
 mod curves;
+mod faults;
 mod fibers;
 mod images;
 mod instances;
+mod ledger;
 mod lights;
 mod links;
 mod materialx;
@@ -18,6 +20,7 @@ mod shapes;
 mod skeletons;
 mod stages;
 mod subdivision;
+mod syntax;
 mod transforms;
 
 use crate::common::read_text;

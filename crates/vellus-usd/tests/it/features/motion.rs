@@ -133,3 +133,32 @@ def Camera \"c\" {{ double shutter:close = 0.5 }}"
     // Velocities that fit neither are not judged.
     assert_eq!(read(-3.0).1, "");
 }
+
+/// UsdGeomPointBased, `ComputePointsAtTimes`: the sample at or before the frame is moved, also if the shutter opens
+/// before. Its topology counts.
+#[test]
+fn velocities_start_at_the_sample_of_the_frame() {
+    let stage = |samples: [&str; 3]| {
+        let [counts, points, velocities] = samples;
+        let body = format!(
+            "( startTimeCode = 1 timeCodesPerSecond = 1 )
+def Camera \"k\" {{ double shutter:open = -0.25 double shutter:close = 0.25 }}
+def BasisCurves \"c\" {{ uniform token type = \"linear\" float[] widths = [1] (interpolation = \"constant\")
+    int[] curveVertexCounts.timeSamples = {{ {counts} }} point3f[] points.timeSamples = {{ {points} }}
+    vector3f[] velocities.timeSamples = {{ {velocities} }} }}"
+        );
+        read_text(&body, &Options { frame: Some(2.0), ..Options::default() }).unwrap().0.strands.remove(0)
+    };
+    let moving = stage([
+        "1: [2]",
+        "1: [(9,0,0), (9,1,0)], 2: [(0,0,0), (0,1,0)]",
+        "1: [(1,0,0), (1,0,0)], 2: [(4,0,0), (4,0,0)]",
+    ]);
+    assert_eq!((moving.points[0].x, moving.moved.unwrap()[0].x), (-1.0, 1.0));
+    let more = stage([
+        "1: [2], 2: [2, 2]",
+        "1: [(9,0,0), (9,1,0)], 2: [(0,0,0), (0,1,0), (1,0,0), (1,1,0)]",
+        "1: [(1,0,0), (1,0,0)], 2: [(0,0,0), (0,0,0), (0,0,0), (0,0,0)]",
+    ]);
+    assert_eq!((more.len(), more.points[0].x, more.points[2].x), (2, 0.0, 1.0));
+}

@@ -26,12 +26,12 @@ def PointInstancer \"many\" {{ def BasisCurves \"prototype\" {curve} }}",
         with("token visibility = \"invisible\""),
         with("token purpose = \"render\""),
         with("token visibility = \"inherited\""),
-        with("uniform token wrap = \"periodic\""),
+        with("uniform token basis = \"hermite\""),
     ));
     let names: Vec<_> = scene.strands.iter().map(|s| s.name.as_str()).collect();
     assert_eq!(names, ["/shown", "/guides/seen"]);
     let said = said(&warnings);
-    assert!(said.contains("/ring: periodic curves are not supported"), "{said}");
+    assert!(said.contains("/ring: curves of the basis hermite are not supported"), "{said}");
     assert!(said.contains("/ball, /ball2: Volume is not supported"), "{said}");
     assert!(said.contains("/many: it has no positions"), "{said}");
     assert_eq!(warnings.len(), 3);

@@ -1,0 +1,112 @@
+//! Text and binary layers as OpenUSD writes and reads them.
+
+use super::{FOUR, said, scene};
+use crate::common::{read, read_text};
+use std::path::Path;
+use vellus_usd::Options;
+
+/// OpenUSD writes 360.0 as 360. A single real number is one in samples, too, whatever its type.
+#[test]
+fn whole_numbers_in_samples_are_read_as_real_ones() {
+    let at = |body: &str, frame: f64| {
+        let body = format!("( startTimeCode = 1 endTimeCode = 3 ) {body}");
+        read_text(&body, &Options { frame: Some(frame), ..Options::default() }).unwrap().0
+    };
+    for kind in ["half", "float", "double"] {
+        let turn = format!(
+            "def Xform \"t\" {{ {kind} xformOp:rotateZ.timeSamples = {{ 1: 0, 3: 180 }} uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]
+                def BasisCurves \"c\" {{ {FOUR} }} }}"
+        );
+        assert!((at(&turn, 2.0).strands[0].points[3].y - 3.0).abs() < 1e-5, "{kind}");
+    }
+    for (kind, samples) in [
+        ("double3", "1: (0, 0, 0), 3: (2, 4, 6)"),
+        ("float3", "1: (0, 0, 0), 3: (2, 4, 6)"),
+        ("half3", "1: (0, 0, 0), 3: (2, 4, 6)"),
+    ] {
+        let shift = format!(
+            "def BasisCurves \"c\" {{ {FOUR} {kind} xformOp:translate.timeSamples = {{ {samples} }}
+                uniform token[] xformOpOrder = [\"xformOp:translate\"] }}"
+        );
+        assert_eq!(at(&shift, 2.0).strands[0].points[0].truncate().to_array(), [1.0, 2.0, 3.0], "{kind}");
+    }
+    let lit = format!("def BasisCurves \"c\" {{ {FOUR} }} def DomeLight \"l\" {{ float inputs:intensity.timeSamples = {{ 1: 1, 3: 3, }} }}
+        def Camera \"k\" {{ float focalLength.timeSamples = {{ 3: 30, 1: 10 }} float horizontalAperture = 20 }}");
+    let scene = at(&lit, 2.0);
+    assert!(matches!(scene.lights[0], vellus_scene::Light::Dome { radiance: [2.0, 2.0, 2.0], .. }));
+    assert_eq!(scene.camera.unwrap().film_width, 1.0);
+}
+
+/// The empty path of a reference to the default prim has a place in the table of paths, and no encoding.
+#[test]
+fn binary_layers_may_refer_to_default_prims() {
+    for name in ["ref.usdc", "pay.usdc"] {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/usdc").join(name);
+        assert_eq!(read(&file, &Options::default()).unwrap().0.strands.len(), 1, "{name}");
+    }
+}
+
+#[test]
+fn expressions_do_not_refuse_a_layer() {
+    let (_, warnings) = scene(&format!(
+        "def BasisCurves \"c\" {{ {FOUR} }}
+        def DomeLight \"l\" {{ pathExpression collection:lightLink:membershipExpression = \"//\" pathExpression[] more = [\"//\"] }}"
+    ));
+    let said = said(&warnings);
+    assert!(said.contains("collection:lightLink is not read, and has all prims: an expression defines it"), "{said}");
+    assert!(said.contains("/l: more is not read"), "{said}");
+}
+
+#[test]
+fn newer_versions_comments_and_names_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.usda");
+    let curves = "def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+        point3f[] points = [(0,0,0), (1,0,0)] float[] widths = [1, 1] rel material:binding = </m>
+        float[] primvars:größe = [0.5] }";
+    let fur = "def Material \"m\" { token outputs:surface.connect = </m/s.outputs:surface> float inputs:Größe = 1.3
+        def Shader \"s\" { uniform token info:id = \"VellusFur\" float inputs:eta.connect = </m.inputs:Größe>
+            float inputs:kappa.connect = </m/r.outputs:result> token outputs:surface }
+        def Shader \"r\" { uniform token info:id = \"UsdPrimvarReader_float\" string inputs:varname = \"größe\" } }";
+    for text in [
+        format!("#usda 1.0\n{curves} {fur}"),
+        format!("#usda 1.1\n// a\n{curves}\n/* b\n */ {fur} # c"),
+        format!(
+            "#usda 1.0\n( doc = \"x\" // a\n /* b */ upAxis = \"Z\" ) // c\n{curves} {fur} custom uint[] n = [1, 2]"
+        )
+        .replace(" custom uint[] n = [1, 2]", ""),
+    ] {
+        std::fs::write(&path, &text).unwrap();
+        let (scene, _) = read(&path, &Options::default()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let strands = &scene.strands[0];
+        assert_eq!((scene.looks[strands.look].fiber.eta, strands.varying.len()), (1.3, 1), "{text}");
+    }
+    let (_, warnings) =
+        scene(&format!("def BasisCurves \"c\" {{ {FOUR} custom uint[] n = [1, 2] custom uint64[] o = [3] }}"));
+    assert_eq!(said(&warnings), "");
+}
+
+/// A string that stands for a file is found beside the layer that has it.
+#[test]
+fn files_may_be_named_by_strings() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("look")).unwrap();
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
+    std::fs::write(folder.path().join("look/a.png"), image).unwrap();
+    let material = "#usda 1.0\ndef Material \"m\" { token outputs:surface.connect = </m/s.outputs:surface>
+        def Shader \"s\" { uniform token info:id = \"VellusFur\" color3f inputs:reflectance.connect = </m/t.outputs:rgb>
+            token outputs:surface }
+        def Shader \"t\" { uniform token info:id = \"UsdUVTexture\" string inputs:file = \"a.png\" float3 outputs:rgb } }";
+    std::fs::write(folder.path().join("look/m.usda"), material).unwrap();
+    let top = format!(
+        "#usda 1.0\ndef \"m\" ( references = @look/m.usda@</m> ) {{}}
+        def BasisCurves \"c\" {{ {FOUR} rel material:binding = </m> texCoord2f[] primvars:st = [(0,0)] }}"
+    );
+    std::fs::write(folder.path().join("top.usda"), top).unwrap();
+    let reading = vellus_usd::read(&folder.path().join("top.usda"), &Options::default()).unwrap();
+    assert_eq!(reading.scene.textures[0].pixels[0], [1.0, 0.0, 0.0], "{:?}", reading.warnings);
+    assert!(reading.sources.iter().any(|(name, _)| name == "look/a.png"));
+}
