@@ -33,8 +33,8 @@ pub(crate) fn concatenate(parents: &[Option<usize>], local: &[DMat4]) -> Vec<DMa
     whole.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-/// The transform of a joint: a scale, then a rotation (x, y, z, w), then a translation. The quaternion is used as it is:
-/// OpenUSD does not normalise it either, and along a chain of joints the difference adds up.
+/// The transform of a joint: a scale, then a rotation (x, y, z, w), then a translation. The quaternion is used as it
+/// is: OpenUSD does not normalise it either, and along a chain of joints the difference adds up.
 pub(crate) fn joint(translation: &[f32], rotation: &[f32], scale: &[f32]) -> DMat4 {
     let vector = |v: &[f32]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
     let [x, y, z, w] = [rotation[0], rotation[1], rotation[2], rotation[3]].map(f64::from);
