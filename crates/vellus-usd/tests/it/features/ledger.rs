@@ -36,11 +36,13 @@ fn ordinary_exports_are_quiet() {
     let quiet = "custom string userProperties:blender:object_name = \"x\" float3[] extent = [(0,0,0), (1,1,1)]
         uniform token purpose = \"default\" token visibility = \"inherited\" string ui:note = \"x\"
         uniform token wrap = \"nonperiodic\" custom float mine = 3 uniform token model:drawMode = \"default\"
-        float[] primvars:arnold:radius = [1] float[] primvars:widths = [0.1] rel proxyPrim = </p> rel empty float declared
+        float[] primvars:arnold:radius = [1] float[] primvars:widths = [0.1] rel proxyPrim = </p>
+        rel empty float declared
         rel collection:hair:includes = </c> double3 xformOp:scale = (2, 2, 2)";
     let body = format!(
         "def Xform \"g\" {{ {quiet} }} def BasisCurves \"c\" {{ {FOUR} {} }} def Mesh \"m\" {{ uniform bool doubleSided = 1
-            point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
+            point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
             uniform token subdivisionScheme = \"none\" token interpolateBoundary = \"edgeAndCorner\" }}
         def Camera \"k\" {{ float2 clippingRange = (0.1, 100) token projection = \"perspective\" float exposure:time = 1 }}
         def Scope \"s\" {{}} def Skeleton \"bones\" {{}} def HoudiniLayerInfo \"h\" {{}}",
@@ -66,7 +68,8 @@ fn readers_of_all_schemas_know_their_properties() {
                 quatf[] rotations = [(1,0,0,0)] half3[] scales = [(1,1,1)]
                 uniform token[] blendShapes = [\"smile\"] float[] blendShapeWeights = [1] }
             def Mesh \"skin\" ( prepend apiSchemas = [\"SkelBindingAPI\"] ) { rel skel:skeleton = </body/bones>
-                point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
+                point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3]
+                int[] faceVertexIndices = [0, 1, 2]
                 uniform token subdivisionScheme = \"none\" uniform token interpolateBoundary = \"edgeOnly\"
                 int[] creaseIndices = [0, 1] int[] creaseLengths = [2] float[] creaseSharpnesses = [3]
                 int[] primvars:skel:jointIndices = [0] (interpolation = \"constant\")
