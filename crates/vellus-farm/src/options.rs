@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 29] = [
+pub const PICTURE_OPTIONS: [&str; 30] = [
     "--small",
     "--fiber",
     "--set",
@@ -14,6 +14,7 @@ pub const PICTURE_OPTIONS: [&str; 29] = [
     "--width",
     "--strands",
     "--camera",
+    "--strict",
     "--view",
     "--light",
     "--background",

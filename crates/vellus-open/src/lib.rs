@@ -300,7 +300,7 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
     let (name, fiber) = options.fiber();
     let scene = Scene { strands: vec![strands], looks: vec![Look::constant(name, fiber)], ..Scene::default() };
     let is_transparent = header.is_some_and(|header| header.transparency != Some(0.0));
-    warnings.extend(is_transparent.then(|| Warning::Transparent(file)));
+    warnings.extend(is_transparent.then_some(Warning::Transparent(file)));
     Ok(Opened { scene, sources, warnings, header, ..Opened::default() })
 }
 

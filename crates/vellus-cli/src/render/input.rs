@@ -34,7 +34,7 @@ pub struct Input {
     /// Keep only this share of the strands, and widen them to cover as much. For previews.
     #[arg(long, value_parser = parse::share, value_name = "PERCENT", allow_hyphen_values = true)]
     strands: Option<f32>,
-    /// Camera of a USD file, by name or path [default: the first].
+    /// Camera of a USD file, by name or path [default: that of its RenderSettings, or the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// End with an error if there is a warning about the scene. For farms and checks.

@@ -33,7 +33,11 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let axis = match word("axis")?.as_deref() {
         Some("X") => 0,
         Some("Y") => 1,
-        _ => 2,
+        None | Some("Z") => 2,
+        Some(other) => {
+            reader.warnings.add(prim, format!("axis is {other}: it must be X, Y or Z; Z is used"));
+            2
+        }
     };
     let at = |when: When| -> Result<Option<Polygons>, Error> {
         let mut valid = true;
