@@ -49,7 +49,7 @@ fn vellus_fiber(fiber: u32, k: u32) -> vec4<f32> {
 
 // The rows of a prepared fibre.
 const VELLUS_OPTICS = 0u; // eta, kappa, sigma_ms, layers
-const VELLUS_CORTEX = 1u; // sigma_ca; the gain of the backward half if the cuticle reflects scattered light, otherwise 0
+const VELLUS_CORTEX = 1u; // sigma_ca; the gain of the backward half, 0 if the exit is open
 const VELLUS_MEDULLA = 2u; // sigma_ma, and the optical radius
 const VELLUS_SHIFT = 3u; // sines and cosines of the shifts, v, 1/v, the norms, exp(-2/v)
 const VELLUS_AZIMUTHAL = 9u; // exponents, norms, widths with the number of images
