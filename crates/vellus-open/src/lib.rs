@@ -102,12 +102,15 @@ pub struct Opened {
 /// The longer side of a picture in pixels, if nothing says it.
 const LONGER: usize = 960;
 
+/// The size of a picture of a built-in scene if the user does not say it.
+pub const BUILT_IN_SIZE: [usize; 2] = [LONGER, 2 * LONGER / 3];
+
 impl Opened {
     /// The size of the picture if the user does not say it: the resolution of the file's RenderSettings, or
     /// 960 pixels for the longer side of the camera's film.
     pub fn size(&self) -> [usize; 2] {
         let resolution = self.settings.and_then(|settings| settings.size);
-        resolution.unwrap_or_else(|| self.scene.camera.map_or([LONGER, 2 * LONGER / 3], |camera| camera.size(LONGER)))
+        resolution.unwrap_or_else(|| self.scene.camera.map_or(BUILT_IN_SIZE, |camera| camera.size(LONGER)))
     }
 
     /// The part of a picture of this size to render, if the file's RenderSettings have one: left column, top row, width
@@ -344,6 +347,14 @@ mod tests {
         let segments = |scene: &Scene| scene.strands.iter().map(vellus_scene::Strands::segments).sum::<usize>();
         assert_eq!((shared.instances.len() > 100, copied.instances.len(), segments(&shared)), (true, 0, 0));
         assert!(segments(&copied) > 100 * 14_500 * 15);
+    }
+
+    #[test]
+    fn built_in_scenes_have_one_size() {
+        for (name, _) in vellus_groom::SCENES {
+            let scene = open(name, &Options { small: true, ..Options::default() }).unwrap();
+            assert_eq!(scene.size(), BUILT_IN_SIZE, "{name}");
+        }
     }
 
     /// The size is the resolution of the settings, or has the shape of the film. A camera that staging adds fits it.

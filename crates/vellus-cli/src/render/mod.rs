@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use vellus_gpu::Choice;
 use vellus_io::{Digest, parse};
-use vellus_open::Staging;
+use vellus_open::{BUILT_IN_SIZE, Format, Staging};
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
 use vellus_render::{Filter, Layer, Lod, MAX_SAMPLES, Mode};
@@ -148,7 +148,9 @@ fn check_crop(size: [usize; 2], crop: Option<[usize; 4]>) -> Result<()> {
 
 /// Checks the options that can be checked without reading the scene.
 fn check(args: &Args) -> Result<()> {
-    args.size.map_or(Ok(()), |size| check_crop(size, args.crop))?;
+    let built_in = matches!(Format::of(&args.input.scene), Ok(Format::BuiltIn(_)));
+    let size = args.size.or(built_in.then_some(BUILT_IN_SIZE));
+    size.map_or(Ok(()), |size| check_crop(size, args.crop))?;
     let mut input = args.input.clone();
     if let Some(frames) = args.frames {
         input.frame = Some(f64::from(frames.first()));

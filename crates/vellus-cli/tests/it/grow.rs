@@ -215,7 +215,7 @@ fn bad_requests_are_refused_with_what_is_allowed() {
     std::fs::write(path.join("typo.toml"), "[[group]]\nlenght = 1").unwrap();
     image(path, "map.png", png::ColorType::Grayscale, &[0, 0]);
     let refuse = |args: &[&str], parts: &[&str]| refused(path, &[&["groom", "grow"], args].concat(), parts);
-    refuse(&["ball.obj", "-o", "a.usdc"], &["a.usdc", "end in .usda"]);
+    refuse(&["ball.obj", "-o", "a.ply"], &["a.ply", "end in .usda or .usdc"]);
     refuse(&["none.obj"], &["cannot read none.obj"]);
     refuse(&["none.usda"], &["none.usda"]);
     refuse(&["two.obj"], &["2 meshes", "left, right", "--on"]);
