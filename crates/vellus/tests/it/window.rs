@@ -36,7 +36,7 @@ impl L1 {
 #[ignore = "test: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
     // The numbers in README and PAPER.md (D9). Quadrature with four times the points differs by less than 1e-5.
-    far_field(Fiber::preset, [[0.0019, 0.0107], [0.0050, 0.0201], [0.0034, 0.0065]]);
+    far_field(Fiber::preset, [[0.0019, 0.0108], [0.0050, 0.0204], [0.0034, 0.0065]]);
     far_field(Fiber::published, [[0.0025, 0.012], [0.006, 0.022], [0.0030, 0.0052]]);
 }
 
