@@ -21,6 +21,8 @@ pub(crate) struct Model {
     pub emission: [Named; 2],
     /// The weight of subsurface scattering, and the colour that it has in place of the base.
     subsurface: [Named; 2],
+    /// The weight of a clear layer, and the tint that it gives what is below.
+    coat: [Named; 2],
     pub opacity: &'static str,
     /// Inputs that are ignored, and the values at which they have no effect.
     ignored: &'static [Named],
@@ -38,6 +40,7 @@ const STANDARD: Model = Model {
     specular: [("specular", 1.0), ("specular_IOR", 1.5)],
     emission: [("emission", 0.0), ("emission_color", 1.0)],
     subsurface: [("subsurface", 0.0), ("subsurface_color", 1.0)],
+    coat: [("coat", 0.0), ("coat_color", 1.0)],
     opacity: "opacity",
     ignored: &[
         ("diffuse_roughness", 0.0),
@@ -45,12 +48,20 @@ const STANDARD: Model = Model {
         ("specular_anisotropy", 0.0),
         ("transmission", 0.0),
         ("sheen", 0.0),
-        ("coat", 0.0),
         ("thin_film_thickness", 0.0),
         ("thin_walled", 0.0),
     ],
     normals: &["normal"],
-    details: &["specular_rotation", "tangent", "transmission_", "subsurface_", "sheen_", "coat_", "thin_film_"],
+    details: &[
+        "emission_color",
+        "specular_rotation",
+        "tangent",
+        "transmission_",
+        "subsurface_",
+        "sheen_",
+        "coat_",
+        "thin_film_",
+    ],
 };
 
 /// Defaults of MaterialX 1.39 (OpenPBR 1.1).
@@ -61,6 +72,7 @@ const OPEN_PBR: Model = Model {
     specular: [("specular_weight", 1.0), ("specular_ior", 1.5)],
     emission: [("emission_luminance", 0.0), ("emission_color", 1.0)],
     subsurface: [("subsurface_weight", 0.0), ("subsurface_color", 0.8)],
+    coat: [("coat_weight", 0.0), ("coat_color", 1.0)],
     opacity: "geometry_opacity",
     ignored: &[
         ("base_diffuse_roughness", 0.0),
@@ -68,12 +80,20 @@ const OPEN_PBR: Model = Model {
         ("specular_roughness_anisotropy", 0.0),
         ("transmission_weight", 0.0),
         ("fuzz_weight", 0.0),
-        ("coat_weight", 0.0),
         ("thin_film_weight", 0.0),
         ("geometry_thin_walled", 0.0),
     ],
     normals: &["geometry_normal"],
-    details: &["geometry_tangent", "geometry_coat_", "transmission_", "subsurface_", "fuzz_", "coat_", "thin_film_"],
+    details: &[
+        "emission_color",
+        "geometry_tangent",
+        "geometry_coat_",
+        "transmission_",
+        "subsurface_",
+        "fuzz_",
+        "coat_",
+        "thin_film_",
+    ],
 };
 
 const PREVIEW: Model = Model {
@@ -83,6 +103,7 @@ const PREVIEW: Model = Model {
     specular: [("", 1.0), ("ior", 1.5)],
     emission: [("", 1.0), ("emissiveColor", 0.0)],
     subsurface: [("", 0.0); 2],
+    coat: [("", 0.0), ("", 1.0)],
     opacity: "opacity",
     ignored: &[("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)],
     normals: &["normal"],
@@ -107,12 +128,18 @@ impl Model {
 pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result<Surface, Error> {
     let [base, color] = model.base.map(|input| value(mapping, input));
     let mut color = color?.with(base?, multiply);
-    let [weight, scattered] = model.subsurface;
-    let weight = number(mapping, weight)?.clamp(0.0, 1.0);
+    let [(subsurface, _), scattered] = model.subsurface;
+    let weight = number(mapping, model.subsurface[0])?.clamp(0.0, 1.0);
     if weight > 0.0 {
         color = mix(color, value(mapping, scattered)?, Value::number(weight));
-        let what = format!("inputs:{} is read as diffuse reflection of the subsurface colour", model.subsurface[0].0);
-        mapping.reader.warnings.add(&mapping.shader.prim, what);
+        warn(mapping, format!("inputs:{subsurface} is read as diffuse reflection of the subsurface colour"));
+    }
+    let [(coat, _), tint] = model.coat;
+    let weight = number(mapping, model.coat[0])?.clamp(0.0, 1.0);
+    if weight > 0.0 {
+        let tint = value(mapping, tint)?;
+        color = color.with(mix(Value::number(1.0), tint, Value::number(weight)), multiply);
+        warn(mapping, format!("inputs:{coat} only tints what is below: a coat has no reflection of its own"));
     }
     let color = mapping.tint(color);
     let [specular, ior] = model.specular.map(|input| number(mapping, input));
@@ -130,6 +157,10 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
     })
 }
 
+fn warn(mapping: &mut Mapping, what: String) {
+    mapping.reader.warnings.add(&mapping.shader.prim, what);
+}
+
 /// The refractive index whose reflection at normal incidence is `weight` times that of another one. This is how OpenPBR
 /// defines its weight. That of standard_surface differs from it at other angles, but not where it is 0 or 1.
 fn weighted(weight: f64, ior: f64) -> f64 {
@@ -145,12 +176,12 @@ pub(super) fn ignore(mapping: &mut Mapping, model: &Model) -> Result<(), Error> 
     let prim = mapping.shader.prim.clone();
     for (name, idle) in model.ignored.iter().copied().chain([(model.opacity, 1.0)]) {
         if works(mapping, name, idle)? {
-            mapping.reader.warnings.add(&prim, format!("inputs:{name} is not supported and is ignored"));
+            warn(mapping, format!("inputs:{name} is not supported and is ignored"));
         }
     }
     for name in model.normals {
         if mapping.node(&prim, name)?.is_some_and(|node| !node.id.starts_with("ND_normal_")) {
-            mapping.reader.warnings.add(&prim, format!("inputs:{name} is not supported and is ignored"));
+            warn(mapping, format!("inputs:{name} is not supported and is ignored"));
         }
     }
     mapping.know_all(model.details)
@@ -183,8 +214,7 @@ fn mean(mapping: &mut Mapping, input: Named) -> Result<[f64; 3], Error> {
         Value::Constant(value) => return Ok(value),
         Value::Image(image) => image,
     };
-    let what = format!("inputs:{} has an image, which is not supported: its mean is used", input.0);
-    mapping.reader.warnings.add(&mapping.shader.prim, what);
+    warn(mapping, format!("inputs:{} has an image, which is not supported: its mean is used", input.0));
     let sum = image.pixels.iter().fold([0.0; 3], |sum, p| std::array::from_fn(|c| sum[c] + f64::from(p[c])));
     Ok(sum.map(|x| x / image.pixels.len() as f64))
 }

@@ -64,6 +64,7 @@ fn open_pbr_gives_a_surface() {
         float inputs:specular_roughness = 0.6 float inputs:base_metalness = 0.25 float inputs:specular_ior = 1.7
         float inputs:emission_luminance = 2 color3f inputs:emission_color = (0.5, 1, 3)
         color3f inputs:coat_color = (1, 0, 0) float inputs:geometry_opacity = 1";
+    assert_eq!(surface(OPEN_PBR, "color3f inputs:emission_color = (1, 0, 0)").1, "");
     let (found, warnings) = surface(OPEN_PBR, inputs);
     check(&found, [0.4, 0.2, 0.1], [1.0, 2.0, 6.0], [0.6, 0.25, 1.7]);
     assert_eq!(warnings, "");
@@ -83,6 +84,10 @@ fn weights_change_the_refractive_index_and_the_colour() {
         let (found, warnings) = surface(id, &inputs);
         found.color.color.into_iter().zip([0.5, 0.6, 0.7]).for_each(|(x, e)| assert!((x - e).abs() < 1e-6));
         assert!(warnings.contains(&format!("inputs:subsurface{suffix} is read as diffuse")), "{warnings}");
+        // 0.8 times the mean of 1 and the tint.
+        let inputs = format!("float inputs:coat{suffix} = 0.5 color3f inputs:coat_color = (0.5, 0, 1)");
+        let found = surface(id, &inputs).0;
+        found.color.color.into_iter().zip([0.6, 0.4, 0.8]).for_each(|(x, e)| assert!((x - e).abs() < 1e-6));
     }
 }
 
