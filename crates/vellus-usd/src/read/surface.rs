@@ -25,7 +25,7 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<Option<usize>, 
         reader.warnings.add(material, format!("{what}: {INSTEAD}"));
     }
     if let Some((shader, model)) = &shader
-        && is_invisible(reader, &shader.prim, model.opacity)?
+        && is_invisible(reader, &shader.prim, model.opacity)
     {
         reader.warnings.add(prim, format!("inputs:{} of its material is 0: it is left out", model.opacity));
         reader.left_out.insert(prim.to_owned());
@@ -50,8 +50,11 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<Option<usize>, 
 /// What happens to meshes whose material cannot be read.
 const INSTEAD: &str = "its meshes have their displayColor";
 
+/// A material, and its shader with what that calls its inputs.
+type Bound = (Option<String>, Option<(Shader, Model)>);
+
 /// The material of a mesh, and its shader if that is a surface which can be read. A UsdPreviewSurface precedes others.
-fn bound(reader: &mut Reader, prim: &str) -> Result<(Option<String>, Option<(Shader, Model)>), Error> {
+fn bound(reader: &mut Reader, prim: &str) -> Result<Bound, Error> {
     let Some(material) = bound_material(reader, prim)? else { return Ok((None, None)) };
     let preview = surface_shader(reader.stage, &material)?.filter(|shader| shader.id == PREVIEW);
     let found = match preview.and_then(|shader| Model::of(PREVIEW).map(|model| (shader, model))) {
@@ -64,11 +67,11 @@ fn bound(reader: &mut Reader, prim: &str) -> Result<(Option<String>, Option<(Sha
 const PREVIEW: &str = "UsdPreviewSurface";
 
 /// Whether a mesh cannot be seen: its opacity is the same everywhere, and 0.
-fn is_invisible(reader: &Reader, prim: &str, opacity: &str) -> Result<bool, Error> {
-    let Input::Value(at) = input(reader.stage, prim, &format!("inputs:{opacity}"))? else { return Ok(false) };
-    // A value of another type has a warning where the surface is read.
+fn is_invisible(reader: &Reader, prim: &str, opacity: &str) -> bool {
+    // What cannot be read gives a warning where the other inputs are read.
+    let Ok(Input::Value(at)) = input(reader.stage, prim, &format!("inputs:{opacity}")) else { return false };
     let values = numbers(reader.stage, &at.prim, &at.name).unwrap_or_default();
-    Ok(!values.is_empty() && values.iter().all(|x| *x <= 0.0))
+    !values.is_empty() && values.iter().all(|x| *x <= 0.0)
 }
 
 fn read(reader: &mut Reader, material: &str, shader: &Shader, model: &Model) -> Result<Surface, Error> {

@@ -211,6 +211,21 @@ fn definitions_that_use_themselves_have_an_end() {
     let inner = document.replace("<deon_hair_absorption_from_melanin name=\"n\"", "<pigment name=\"n\"");
     let error = fiber_of(&inner.replace("</deon_hair_absorption_from_melanin>", "</pigment>")).unwrap_err();
     assert!(error.contains("more than 64 nodes with a definition are nested"), "{error}");
+    // Each definition has two nodes of the next one: 2³⁰ copies.
+    let level = |i: usize| {
+        format!(
+            "<nodedef name=\"D{i}\" node=\"d{i}\"><output name=\"out\" type=\"vector3\"/></nodedef>
+            <nodegraph name=\"G{i}\" nodedef=\"D{i}\"><add name=\"n\" type=\"vector3\">
+            <input name=\"in1\" type=\"vector3\" nodename=\"a\"/><input name=\"in2\" type=\"vector3\" nodename=\"b\"/>
+            </add><d{0} name=\"a\" type=\"vector3\"/><d{0} name=\"b\" type=\"vector3\"/>
+            <output name=\"out\" type=\"vector3\" nodename=\"n\"/></nodegraph>",
+            i + 1
+        )
+    };
+    let levels = (0..30).map(level).collect::<String>() + "</materialx>";
+    let many = document.replace("<pigment name=\"a\"", "<d0 name=\"a\"").replacen("</pigment>", "</d0>", 1);
+    let error = fiber_of(&many.replace("</materialx>", &levels)).unwrap_err();
+    assert!(error.contains("more than 262144 nodes"), "{error}");
     let error = fiber_of(&document.replace("interfacename=\"ior\"", "interfacename=\"gone\"")).unwrap_err();
     assert!(error.contains("the node graph has no input gone"), "{error}");
     let error =

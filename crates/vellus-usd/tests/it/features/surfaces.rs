@@ -199,9 +199,10 @@ fn a_document_gives_the_surface_of_a_mesh() {
 #[test]
 fn a_preview_surface_precedes_and_others_are_named() {
     let preview = "token outputs:surface.connect = </m/p.outputs:out>
-        def Shader \"p\" { uniform token info:id = \"UsdPreviewSurface\" float inputs:roughness = 0.9 token outputs:out }";
-    let (scene_, _) = scene(&stage("mtlx:surface", STANDARD, "", preview));
-    assert_eq!(scene_.surfaces[0].roughness, 0.9);
+        def Shader \"p\" { uniform token info:id = \"UsdPreviewSurface\" float inputs:roughness = 0.9
+            token outputs:out }";
+    let (shown, _) = scene(&stage("mtlx:surface", STANDARD, "", preview));
+    assert_eq!(shown.surfaces[0].roughness, 0.9);
     let (found, _) = surface("ND_UsdPreviewSurface_surfaceshader", "float inputs:roughness = 0.7");
     check(&found, [0.18; 3], [0.0; 3], [0.7, 0.0, 1.5]);
     let warnings = surface("PxrSurface", "").1;

@@ -2,10 +2,13 @@
 //! OpenUSD's plugin for MaterialX does it. The nodes that a material uses are its children. A node that the document
 //! defines by a graph is replaced by a copy of the graph's nodes.
 
+mod names;
+
 use crate::error::Invalid;
 use crate::write::encoder::{Encoder, Role};
 use crate::write::names::quoted;
 use crate::write::text::Text;
+use names::Names;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 use std::io;
@@ -79,10 +82,6 @@ const UNTYPED: [&str; 5] = [
     "deon_hair_absorption_from_melanin",
     "surface",
 ];
-
-/// Other nodes that are read as they are, also if the document has their definitions.
-const READ: [&str; 6] =
-    ["standard_surface", "open_pbr_surface", "UsdPreviewSurface", "image", "tiledimage", "constant"];
 
 /// The text layer of a document.
 ///
@@ -181,7 +180,7 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
         }
         while let Some(node) = writer.waiting.pop() {
             copies += 1 + writer.node(node)?;
-            if copies + writer.instances.len() > MAX_COPIES {
+            if copies > MAX_COPIES {
                 return Err(format!("its materials have more than {MAX_COPIES} nodes and inputs").into());
             }
         }
@@ -190,103 +189,6 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
     out.close().map_err(io)?;
     out.close().map_err(io)?;
     Ok(written)
-}
-
-/// The elements of a document by their names, and the names of their prims.
-struct Names<'d> {
-    /// By their parents and names.
-    elements: HashMap<(Node<'d, 'd>, &'d str), Node<'d, 'd>>,
-    /// The first output of each node graph.
-    outputs: HashMap<Node<'d, 'd>, Node<'d, 'd>>,
-    /// Names of prims of nodes in graphs. Other prims have the name of their node.
-    prims: HashMap<Node<'d, 'd>, String>,
-    /// All names of prims.
-    used: HashSet<String>,
-    /// Definitions of nodes and the graphs that implement them, by the name of the definition.
-    definitions: HashMap<&'d str, [Node<'d, 'd>; 2]>,
-    /// The names of these definitions, by the category and the type of the nodes.
-    categories: HashMap<[&'d str; 2], &'d str>,
-}
-
-impl<'d> Names<'d> {
-    fn of(root: Node<'d, 'd>) -> Result<Self, Invalid> {
-        let mut names = Names {
-            elements: HashMap::new(),
-            outputs: HashMap::new(),
-            prims: HashMap::new(),
-            used: HashSet::new(),
-            definitions: HashMap::new(),
-            categories: HashMap::new(),
-        };
-        for node in root.descendants() {
-            let (Some(parent), Some(name)) = (node.parent(), node.attribute("name")) else { continue };
-            if names.elements.insert((parent, name), node).is_some() {
-                return Err(at(node, format!("the name {} is used twice", excerpt(name.as_bytes(), 60))));
-            }
-        }
-        let mut used: HashSet<String> =
-            root.children().filter_map(|node| node.attribute("name")).map(str::to_owned).collect();
-        for graph in root.children().filter(|node| node.has_tag_name("nodegraph")) {
-            names.outputs.extend(graph.children().find(|node| node.has_tag_name("output")).map(|node| (graph, node)));
-            for node in graph.children() {
-                let [Some(graph), Some(name)] = [graph, node].map(|node| node.attribute("name")) else { continue };
-                // A node of the document or of another graph may have the same name.
-                let mut prim = format!("{graph}_{name}");
-                while !used.insert(prim.clone()) {
-                    prim.push('_');
-                }
-                names.prims.insert(node, prim);
-            }
-        }
-        names.used = used;
-        names.define(root);
-        Ok(names)
-    }
-
-    /// Finds the definitions that node graphs implement: those that the graph names, or an `implementation`.
-    fn define(&mut self, root: Node<'d, 'd>) {
-        for element in root.children() {
-            let graph = match element.tag_name().name() {
-                "nodegraph" => Some(element),
-                "implementation" => element.attribute("nodegraph").and_then(|name| self.child(root, "nodegraph", name)),
-                _ => None,
-            };
-            let (Some(graph), Some(name)) = (graph, element.attribute("nodedef")) else { continue };
-            let Some(definition) = self.child(root, "nodedef", name) else { continue };
-            let Some(category) = definition.attribute("node") else { continue };
-            if UNTYPED.contains(&category) || READ.contains(&category) {
-                continue;
-            }
-            self.definitions.entry(name).or_insert([definition, graph]);
-            let mut outputs = definition.children().filter(|node| node.has_tag_name("output"));
-            let kind = match (outputs.next(), outputs.next()) {
-                (Some(only), None) => only.attribute("type"),
-                (Some(_), Some(_)) => Some("multioutput"),
-                _ => definition.attribute("type"),
-            };
-            self.categories.entry([category, kind.unwrap_or_default()]).or_insert(name);
-        }
-    }
-
-    /// The definition of a node and the graph that implements it, if the document has them.
-    fn definition(&self, node: Node<'d, 'd>) -> Option<[Node<'d, 'd>; 2]> {
-        let of_type = || self.categories.get(&[node.tag_name().name(), node.attribute("type")?]).copied();
-        self.definitions.get(node.attribute("nodedef").or_else(of_type)?).copied()
-    }
-
-    /// The name of a node's prim. A node in a graph starts with the graph's name.
-    fn prim(&self, node: Node<'d, 'd>) -> Result<&str, Invalid> {
-        let name = name_of(node)?;
-        match (self.prims.get(&node), node.parent()) {
-            (Some(prim), Some(graph)) => name_of(graph).map(|_| prim.as_str()),
-            _ => Ok(name),
-        }
-    }
-
-    /// The child of a kind and name.
-    fn child(&self, parent: Node<'d, 'd>, tag: &str, name: &'d str) -> Option<Node<'d, 'd>> {
-        self.elements.get(&(parent, name)).copied().filter(|node| node.has_tag_name(tag))
-    }
 }
 
 /// A node that the document defines by a graph. The nodes of the graph are copied for each.
@@ -395,6 +297,9 @@ impl<'d> Writer<'_, 'd> {
         let depth = outer.map_or(0, |outer| self.instances[outer].depth + 1);
         if depth >= MAX_NESTED {
             return Err(at(node, format!("more than {MAX_NESTED} nodes with a definition are nested")));
+        }
+        if self.instances.len() >= MAX_COPIES {
+            return Err(at(node, format!("a material has more than {MAX_COPIES} nodes with a definition")));
         }
         self.instances.push(Instance { node, definition, graph, outer, depth });
         self.inside.insert((node, outer), self.instances.len() - 1);
