@@ -32,8 +32,7 @@ pub(crate) struct Model {
     details: &'static [&'static str],
 }
 
-/// Defaults of MaterialX 1.39 (version 1.0.1 of the node). Those of Arnold are taken to be the same: Arnold 5 had those of
-/// the first version, whose product is the same.
+/// Defaults of MaterialX 1.39 (version 1.0.1 of the node). Those of Arnold, which has the same inputs, were not tested.
 const STANDARD: Model = Model {
     base: [("base", 1.0), ("base_color", 0.8)],
     roughness: ("specular_roughness", 0.2),
