@@ -37,9 +37,10 @@
 //! - **Mesh** as polygons or as a subdivision surface: Catmull–Clark (the default of USD), Loop or bilinear, with
 //!   creases, corners and holes. It is refined until its edges are short in the picture, then moved to the limit.
 //! - **Sphere**, **Cube**, **Cylinder**, **Cone**, **Capsule** and **Plane**, as meshes.
-//! - **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
-//!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
-//!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.
+//! - **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness, metallic, ior), and the
+//!   same of standard_surface (MaterialX, Arnold) and OpenPBR. **Camera**, **DomeLight**, **DistantLight**,
+//!   **RectLight**, **DiskLight**, **SphereLight** and **CylinderLight**. `vellus:lightGroup` names the group of a
+//!   light; without it the group has the name of the prim.
 //!   `vellus:groundHeight` and `vellus:groundRadius` project the image of a dome onto the ground
 //!   ([`vellus_scene::Ground`]). A light is invisible to the camera if one of these is false or 0:
 //!   `primvars:ri:attributes:visibility:camera` (RenderMan), `primvars:arnold:camera` (Arnold),
@@ -64,9 +65,10 @@
 //! has at most 1000 arcs, text at most 500 nested brackets, and an expression 100. An image has at most 2²⁷ pixels.
 //! Subdivision brings at most 2²¹ faces a mesh and 2²² a stage, beyond one level. All images and the tables of lights
 //! have at most 2 GiB, and 64 bytes more for each byte of the image files. A MaterialX document has at most 2²⁰ XML
-//! nodes, 64 levels, and 256 attributes an element. A chain has at most 128 connections. A package (.usdz) stores its
-//! files without compression, as the format requires. Packages inside packages are not read. Coordinates are within
-//! ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
+//! nodes, 64 levels, 256 attributes an element, and 64 nested definitions of nodes. A chain has at most 128
+//! connections. A package (.usdz) stores its files without compression, as the format requires. Packages inside
+//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not
+//! read.
 #![warn(clippy::print_stdout)]
 
 mod color;

@@ -37,7 +37,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         reader.warnings.add(prim, "it has no points");
         return Ok(());
     }
-    let surface = surface(reader, prim)?;
+    let Some(surface) = surface(reader, prim)? else { return Ok(()) };
     let texture = reader.scene.surfaces[surface].color.texture;
     let counts = stage.integers(prim, "faceVertexCounts", base)?.unwrap_or_default();
     let indices = stage.integers(prim, "faceVertexIndices", base)?.unwrap_or_default();

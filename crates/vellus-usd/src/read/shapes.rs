@@ -87,7 +87,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let Points { open, close, base: _ } = pose(reader, prim, points)?;
     (shape.open, shape.close) = (open, close);
     turn(reader, prim, &mut shape)?;
-    let surface = surface(reader, prim)?;
+    let Some(surface) = surface(reader, prim)? else { return Ok(()) };
     show(reader, place, left_handed, shape, surface)
 }
 

@@ -1,20 +1,18 @@
-//! Reads the surfaces of meshes (UsdPreviewSurface).
+//! Reads the surfaces of meshes: UsdPreviewSurface, and those of [`shading`].
 
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::primvar::{Interpolation, Primvar, inherited};
+use crate::read::shading::{self, Model};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::{Stage, When};
 use crate::warning::Fault;
 use vellus_scene::{Surface, Tint};
 
-/// Unsupported inputs, and the values at which they have no effect.
-const IDLE: [(&str, f32); 4] =
-    [("opacity", 1.0), ("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)];
-
-/// The index of the surface of a mesh in the scene. Reads the surface if it is new.
-pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
+/// The index of the surface of a mesh in the scene. Reads the surface if it is new. `None`, with a warning, if the mesh
+/// is invisible.
+pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
     let (material, shader) = match bound(reader, prim) {
         Ok(found) => found,
         Err(error) => {
@@ -23,32 +21,74 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
         }
     };
     if let (Some(material), None) = (&material, &shader) {
-        reader.warnings.add(material, format!("it has no UsdPreviewSurface: {INSTEAD}"));
+        let what = "it has no UsdPreviewSurface, standard_surface or OpenPBR surface";
+        reader.warnings.add(material, format!("{what}: {INSTEAD}"));
+    }
+    if let Some((shader, model)) = &shader
+        && is_invisible(reader, &shader.prim, model.opacity)
+    {
+        reader.warnings.add(prim, format!("inputs:{} of its material is 0: it is left out", model.opacity));
+        reader.left_out.insert(prim.to_owned());
+        return Ok(None);
     }
     let key = shader.as_ref().and(material).unwrap_or_else(|| prim.to_owned());
     if let Some(&known) = reader.surfaces.get(&key) {
-        return Ok(known);
+        return Ok(Some(known));
     }
-    let surface = match shader.map(|shader| preview(reader, &key, &shader.prim)) {
+    let surface = match shader.map(|(shader, model)| read(reader, &key, &shader, &model)) {
         Some(Ok(surface)) => surface,
         Some(Err(error)) => {
             reader.fault(Fault::Material, &key, error, INSTEAD)?;
             // Other meshes with the material have a displayColor of their own.
-            return add(reader, prim, None);
+            return add(reader, prim, None).map(Some);
         }
-        None => return add(reader, prim, None),
+        None => return add(reader, prim, None).map(Some),
     };
-    add(reader, &key, Some(surface))
+    add(reader, &key, Some(surface)).map(Some)
 }
 
 /// What happens to meshes whose material cannot be read.
 const INSTEAD: &str = "its meshes have their displayColor";
 
-/// The material of a mesh, and its shader if it is a UsdPreviewSurface.
-fn bound(reader: &mut Reader, prim: &str) -> Result<(Option<String>, Option<Shader>), Error> {
-    let material = bound_material(reader, prim)?;
-    let shader = material.as_ref().map(|m| surface_shader(reader.stage, m)).transpose()?.flatten();
-    Ok((material, shader.filter(|shader| shader.id == "UsdPreviewSurface")))
+/// A material, and its shader with what that calls its inputs.
+type Bound = (Option<String>, Option<(Shader, Model)>);
+
+/// The material of a mesh, and its shader if that is a surface which can be read. A UsdPreviewSurface precedes others.
+fn bound(reader: &mut Reader, prim: &str) -> Result<Bound, Error> {
+    let Some(material) = bound_material(reader, prim)? else { return Ok((None, None)) };
+    let preview = surface_shader(reader.stage, &material)?.filter(|shader| shader.id == PREVIEW);
+    let found = match preview.and_then(|shader| Model::of(PREVIEW).map(|model| (shader, model))) {
+        None => shading::surface_shader(reader, &material)?,
+        found => found,
+    };
+    Ok((Some(material), found))
+}
+
+const PREVIEW: &str = "UsdPreviewSurface";
+
+/// Whether a mesh cannot be seen: its opacity is the same everywhere, and 0.
+fn is_invisible(reader: &Reader, prim: &str, opacity: &str) -> bool {
+    // What cannot be read gives a warning where the other inputs are read.
+    let Ok(Input::Value(at)) = input(reader.stage, prim, &format!("inputs:{opacity}")) else { return false };
+    let values = numbers(reader.stage, &at.prim, &at.name).unwrap_or_default();
+    !values.is_empty() && values.iter().all(|x| *x <= 0.0)
+}
+
+fn read(reader: &mut Reader, material: &str, shader: &Shader, model: &Model) -> Result<Surface, Error> {
+    let mut surface = if shader.id == PREVIEW {
+        preview(reader, material, &shader.prim)?
+    } else {
+        let name = reader.name(material)?;
+        shading::read_surface(reader, name, shader, model)?
+    };
+    if surface.emission.iter().any(|x| !(x.is_finite() && *x >= 0.0)) {
+        let what = format!("inputs:{} must be finite and not negative", model.emission[1].0);
+        return Err(Error::prim(&shader.prim, what));
+    }
+    shading::ignore(reader, shader, model)?;
+    let names = [model.roughness, model.metalness, model.specular[1]].map(|(name, _)| name);
+    hold(reader, &shader.prim, &mut surface, names);
+    Ok(surface)
 }
 
 /// Adds a surface, or that of a mesh without a material, and returns its index.
@@ -80,22 +120,23 @@ fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
     let mean = std::array::from_fn(|c| values.values.iter().skip(c).step_by(3).map(|x| x / count).sum::<f32>());
     let color = if is_constant { [values.values[0], values.values[1], values.values[2]] } else { mean };
     let mut surface = Surface::diffuse(prim, color);
-    hold(reader, prim, &mut surface);
+    hold(reader, prim, &mut surface, [""; 3]);
     Ok(surface)
 }
 
-/// Moves values of a surface to the nearest ones that are valid, with a warning.
-fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface) {
+/// Moves values of a surface to the nearest ones that are valid, with a warning. `names` are those of the inputs for
+/// the roughness, the metalness and the refractive index.
+fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface, names: [&str; 3]) {
     let Surface { color, roughness, metallic, ior, .. } = surface;
     let [r, g, b] = &mut color.color;
     let unit = 0.0..=1.0;
     let all = [
-        ("its colour", r, unit.clone()),
-        ("its colour", g, unit.clone()),
-        ("its colour", b, unit.clone()),
-        ("inputs:roughness", roughness, unit.clone()),
-        ("inputs:metallic", metallic, unit),
-        ("inputs:ior", ior, 1.0..=4.0),
+        ("its colour".to_owned(), r, unit.clone()),
+        ("its colour".to_owned(), g, unit.clone()),
+        ("its colour".to_owned(), b, unit.clone()),
+        (format!("inputs:{}", names[0]), roughness, unit.clone()),
+        (format!("inputs:{}", names[1]), metallic, unit),
+        (format!("inputs:{}", names[2]), ior, 1.0..=4.0),
     ];
     for (name, value, range) in all {
         if !range.contains(value) {
@@ -139,25 +180,6 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
     number("inputs:ior", &mut surface.ior)?;
     let source = input(reader.stage, prim, "inputs:emissiveColor")?;
     set(reader, prim, "inputs:emissiveColor", source, &mut surface.emission)?;
-    if surface.emission.iter().any(|x| !(x.is_finite() && *x >= 0.0)) {
-        return Err(Error::prim(prim, "inputs:emissiveColor must be finite and not negative"));
-    }
-
-    for (name, idle) in IDLE {
-        let name = format!("inputs:{name}");
-        let works = match input(reader.stage, prim, &name)? {
-            Input::Unset => false,
-            Input::Value(at) => numbers(reader.stage, &at.prim, &at.name)? != [idle],
-            Input::Shader(_) => true,
-        };
-        if works {
-            reader.warnings.add(prim, format!("{name} is not supported and is ignored"));
-        }
-    }
-    if let Input::Shader(_) = input(reader.stage, prim, "inputs:normal")? {
-        reader.warnings.add(prim, "inputs:normal is not supported and is ignored");
-    }
-    hold(reader, prim, &mut surface);
     Ok(surface)
 }
 

@@ -110,7 +110,7 @@ fn set_of(reader: &mut Reader, prim: &str) -> Result<Option<String>, Error> {
         id if id.starts_with("ND_geompropvalue_") => "inputs:geomprop",
         id if id.starts_with("ND_UsdPrimvarReader_") => "inputs:varname",
         id => {
-            let what = format!("texture coordinates of a {id} are not supported: those of the curves are used");
+            let what = format!("texture coordinates of a {id} are not supported: the default ones are used");
             reader.warnings.add(prim, what);
             return Ok(None);
         }

@@ -4,11 +4,17 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::look::{PRIMVAR_READER, Shaded};
 use crate::read::network::{Input, Shader, Walk, input};
-use crate::read::shading::image;
 use crate::read::shading::value::Value;
+use crate::read::shading::{image, nodes};
 use crate::stage::Property;
 use vellus::{FiberBuilder, Parameter};
-use vellus_scene::{Look, Value as Textured};
+use vellus_scene::{Look, Tint, Value as Textured};
+
+/// The largest number of nodes that compute one input from others, one behind another. A circle has no end.
+const MOST_NESTED: usize = 16;
+
+/// The largest number of nodes that are computed for a shader.
+const MOST_COMPUTED: usize = 1024;
 
 /// A shader of another program while it is mapped to a fibre.
 pub(super) struct Mapping<'r, 'a> {
@@ -27,6 +33,10 @@ pub(super) struct Mapping<'r, 'a> {
     primvars: Vec<(Parameter, String)>,
     /// The name of the texture coordinates of the image that was read last.
     uv: Option<String>,
+    /// The number of nodes around the one that is computed.
+    nested: usize,
+    /// The number of nodes that were computed.
+    computed: usize,
 }
 
 impl<'r, 'a> Mapping<'r, 'a> {
@@ -42,6 +52,8 @@ impl<'r, 'a> Mapping<'r, 'a> {
             held: Vec::new(),
             primvars: Vec::new(),
             uv: None,
+            nested: 0,
+            computed: 0,
         }
     }
 
@@ -109,6 +121,16 @@ impl<'r, 'a> Mapping<'r, 'a> {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         // The shader's properties were read before: this cannot fail.
         let _ = self.reader.stage.know(&self.shader.prim, &names);
+    }
+
+    /// Notes that all inputs are known whose names begin with one of these.
+    pub fn know_all(&mut self, beginnings: &[&str]) -> Result<(), Error> {
+        let properties = self.reader.stage.properties(&self.shader.prim)?;
+        let inputs = properties.iter().filter_map(|name| name.strip_prefix("inputs:"));
+        let names: Vec<&str> =
+            inputs.filter(|name| beginnings.iter().any(|beginning| name.starts_with(beginning))).collect();
+        self.known(&names);
+        Ok(())
     }
 
     /// Reports inputs of the shader that do not have the value at which they have no effect. `neutral` has the value of
@@ -206,6 +228,9 @@ impl<'r, 'a> Mapping<'r, 'a> {
                         self.uv = uv;
                         return Ok(Value::Image(texture));
                     }
+                    if let Some(value) = self.computed(&node, &key)? {
+                        return Ok(value);
+                    }
                     self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
                     break self.reader.colors(prim, &key)?;
                 }
@@ -222,9 +247,33 @@ impl<'r, 'a> Mapping<'r, 'a> {
         }
     }
 
+    /// The value of a node that computes it from other values, or `None` if the node is not known.
+    fn computed(&mut self, node: &Shader, key: &str) -> Result<Option<Value>, Error> {
+        (self.nested, self.computed) = (self.nested + 1, self.computed + 1);
+        if self.nested > MOST_NESTED || self.computed > MOST_COMPUTED {
+            let what =
+                format!("{key}: more than {MOST_NESTED} nodes are nested, or more than {MOST_COMPUTED} computed");
+            return Err(Error::prim(&node.prim, what));
+        }
+        let value = nodes::value(self, node);
+        self.nested -= 1;
+        value
+    }
+
+    /// The colour of a surface. Its texture is that of the image that was read last.
+    pub fn tint(&mut self, value: Value) -> Tint {
+        match value {
+            Value::Constant(color) => Tint { color: color.map(|x| x as f32), texture: None },
+            Value::Image(texture) => {
+                let texture = self.reader.add_texture(texture, self.uv.clone());
+                Tint { color: [1.0; 3], texture: Some(texture) }
+            }
+        }
+    }
+
     /// The look, and a warning that reports what was mapped.
     pub fn finish(self, material: &str) -> Result<Option<Shaded>, Error> {
-        let Mapping { reader, shader, builder, textured, mapped, lost, held, primvars, uv: _ } = self;
+        let Mapping { reader, shader, builder, textured, mapped, lost, held, primvars, .. } = self;
         held.into_iter().try_for_each(|what| reader.complain(&shader.prim, what))?;
         if mapped.is_empty() {
             let what = format!("a {} without inputs that say anything about a fibre is ignored", shader.id);

@@ -1,4 +1,4 @@
-//! `ND_chiang_hair_bsdf` of MaterialX 1.39, and the nodes that feed it.
+//! `ND_chiang_hair_bsdf` of MaterialX 1.39.
 
 use crate::error::Error;
 use crate::read::shading::hair;
@@ -9,7 +9,7 @@ use vellus::Parameter;
 
 /// Reads `ND_chiang_hair_bsdf`.
 pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
-    let absorption = absorption(mapping)?;
+    let absorption = mapping.value("absorption_coefficient", [0.0; 3])?;
     mapping.set(Parameter::SigmaCa, absorption, "absorption_coefficient");
     let [variance, _] = roughness(mapping, "roughness_R", [0.1, 0.1])?;
     let [_, scale] = roughness(mapping, "roughness_TT", [0.05, 0.05])?;
@@ -56,35 +56,3 @@ fn pair(mapping: &Mapping, prim: &str, name: &str, default: [f64; 2]) -> Result<
     };
     Ok(numbers.map(Value::number))
 }
-
-/// σ per radius, from a value or from one of the nodes that make it of a colour or of melanin.
-fn absorption(mapping: &mut Mapping) -> Result<Value, Error> {
-    let name = "absorption_coefficient";
-    let prim = mapping.shader.prim.clone();
-    let node = mapping.node(&prim, name)?;
-    let Some(node) = node.filter(|node| [FROM_COLOR, FROM_MELANIN].contains(&node.id.as_str())) else {
-        return mapping.value(name, [0.0; 3]);
-    };
-    if node.id == FROM_COLOR {
-        let color = mapping.share_of(&node.prim, "color", [1.0; 3])?;
-        let roughness = mapping.share_of(&node.prim, "azimuthal_roughness", [0.2; 3])?;
-        let sigma = |c: [f64; 3], b: [f64; 3]| c.map(|c| hair::absorption_of_color(c, b[0]));
-        return Ok(color.with(roughness, sigma));
-    }
-    let concentration = mapping.share_of(&node.prim, "melanin_concentration", [0.25; 3])?;
-    let redness = mapping.share_of(&node.prim, "melanin_redness", [0.5; 3])?;
-    let mut pigment = |name: &str, default: [f64; 3]| -> Result<[f64; 3], Error> {
-        let colored = mapping.share_of(&node.prim, name, default)?.map_each(|c| -c.clamp(1e-4, 1.0).ln());
-        let Value::Constant(sigma) = colored else {
-            return Err(Error::prim(&node.prim, format!("inputs:{name} cannot have an image")));
-        };
-        Ok(sigma)
-    };
-    let eumelanin = pigment("eumelanin_color", [0.657704, 0.498077, 0.254107])?;
-    let pheomelanin = pigment("pheomelanin_color", [0.829444, 0.67032, 0.349938])?;
-    Ok(concentration
-        .with(redness, |c, r| hair::absorption_of_melanin(hair::melanin(c[0]), r[0], [eumelanin, pheomelanin])))
-}
-
-const FROM_COLOR: &str = "ND_chiang_hair_absorption_from_color";
-const FROM_MELANIN: &str = "ND_deon_hair_absorption_from_melanin";

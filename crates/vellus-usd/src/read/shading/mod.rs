@@ -1,4 +1,4 @@
-//! Maps the shading networks of other programs to fibres.
+//! Maps the shading networks of other programs to fibres and surfaces.
 
 mod arnold;
 mod hair;
@@ -6,8 +6,10 @@ mod image;
 mod karma;
 mod mapping;
 mod materialx;
+mod nodes;
 mod preview;
 mod renderman;
+mod surface;
 mod value;
 
 use crate::error::Error;
@@ -15,6 +17,8 @@ use crate::read::context::Reader;
 use crate::read::look::Shaded;
 use crate::read::network::{Input, Shader, input};
 use mapping::Mapping;
+pub(crate) use surface::Model;
+use vellus_scene::Surface;
 
 /// The outputs of a material at which renderers look for its surface, in the order of preference.
 const OUTPUTS: [&str; 6] = [
@@ -77,4 +81,26 @@ fn surface(reader: &Reader, material: &str, output: &str) -> Result<Option<Shade
         };
     }
     Ok(Some(shader))
+}
+
+/// The first shader of a material that is a surface, and what it calls its inputs.
+pub(crate) fn surface_shader(reader: &Reader, material: &str) -> Result<Option<(Shader, Model)>, Error> {
+    for output in OUTPUTS {
+        let Some(shader) = surface(reader, material, output)? else { continue };
+        if let Some(model) = Model::of(&shader.id) {
+            return Ok(Some((shader, model)));
+        }
+    }
+    Ok(None)
+}
+
+/// Reads a surface. Warnings name inputs that are approximated.
+pub(crate) fn read_surface(reader: &mut Reader, name: String, shader: &Shader, of: &Model) -> Result<Surface, Error> {
+    reader.prim(&shader.prim)?;
+    surface::read(&mut Mapping::new(reader, shader.clone()), name, of)
+}
+
+/// Gives a warning for each input of a surface that has an effect and no counterpart.
+pub(crate) fn ignore(reader: &mut Reader, shader: &Shader, model: &Model) -> Result<(), Error> {
+    surface::ignore(&mut Mapping::new(reader, shader.clone()), model)
 }

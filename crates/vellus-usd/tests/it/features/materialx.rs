@@ -140,3 +140,96 @@ fn circles_and_chains_of_connections_have_an_end() {
         assert!(error.contains("inputs:ior has a chain of more than 128 connections"), "{error}");
     }
 }
+
+/// A document whose material is a node `coat` of its own. Its graph has a node `pigment` of its own.
+fn own_nodes(coat: &str) -> String {
+    format!(
+        "<materialx version=\"1.39\">
+<nodedef name=\"ND_pigment\" node=\"pigment\">
+  <input name=\"amount\" type=\"float\" value=\"0.1\"/> <output name=\"out\" type=\"vector3\"/></nodedef>
+<nodegraph name=\"NG_pigment\">
+  <deon_hair_absorption_from_melanin name=\"n\" type=\"vector3\">
+    <input name=\"melanin_concentration\" type=\"float\" interfacename=\"amount\"/>
+    <input name=\"melanin_redness\" type=\"float\" value=\"0.5\"/></deon_hair_absorption_from_melanin>
+  <output name=\"out\" type=\"vector3\" nodename=\"n\"/></nodegraph>
+<implementation name=\"I_pigment\" nodedef=\"ND_pigment\" nodegraph=\"NG_pigment\"/>
+<nodedef name=\"ND_coat\" node=\"coat\">
+  <input name=\"concentration\" type=\"float\" value=\"0.2\"/> <input name=\"ior\" type=\"float\" value=\"1.4\"/>
+  <input name=\"share\" type=\"float\" value=\"1\"/> <output name=\"out\" type=\"surfaceshader\"/></nodedef>
+<nodegraph name=\"NG_coat\" nodedef=\"ND_coat\">
+  <pigment name=\"a\" type=\"vector3\">
+    <input name=\"amount\" type=\"float\" interfacename=\"concentration\"/></pigment>
+  <pigment name=\"b\" type=\"vector3\"><input name=\"amount\" type=\"float\" value=\"0.75\"/></pigment>
+  <mix name=\"m\" type=\"vector3\">
+    <input name=\"fg\" type=\"vector3\" nodename=\"a\"/> <input name=\"bg\" type=\"vector3\" nodename=\"b\"/>
+    <input name=\"mix\" type=\"float\" interfacename=\"share\"/></mix>
+  <chiang_hair_bsdf name=\"n\" type=\"BSDF\">
+    <input name=\"absorption_coefficient\" type=\"vector3\" nodename=\"m\"/>
+    <input name=\"roughness_R\" type=\"vector2\" value=\"0.04 0.1\"/>
+    <input name=\"ior\" type=\"float\" interfacename=\"ior\"/></chiang_hair_bsdf>
+  <surface name=\"s\" type=\"surfaceshader\"><input name=\"bsdf\" type=\"BSDF\" nodename=\"n\"/></surface>
+  <output name=\"out\" type=\"surfaceshader\" nodename=\"s\"/></nodegraph>
+<constant name=\"half\" type=\"float\"><input name=\"value\" type=\"float\" value=\"0.5\"/></constant>
+<coat name=\"c\" type=\"surfaceshader\">{coat}</coat>
+<surfacematerial name=\"M\" type=\"material\">
+  <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"c\"/></surfacematerial></materialx>"
+    )
+}
+
+fn fiber_of(document: &str) -> Result<Fiber, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.mtlx");
+    std::fs::write(&file, document).unwrap();
+    vellus_usd::read_material(&file, None, &Fiber::hair()).map(|(fiber, _)| fiber).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_node_of_the_document_is_its_graph_with_the_values_of_the_node() {
+    // Both pigments in equal parts, times the amount −ln(1 − concentration).
+    let sigma = |amount: f32| [0.303, 0.5485, 1.21].map(|x| amount * x);
+    let check = |coat: &str, amount: f32, eta: f32| {
+        let fiber = fiber_of(&own_nodes(coat)).unwrap();
+        // The colours of the pigments have six digits, and these numbers three.
+        fiber.sigma_ca.into_iter().zip(sigma(amount)).for_each(|(x, e)| assert!((x - e).abs() < 1e-3, "{x} {e}"));
+        assert_eq!(fiber.eta, eta);
+        // Numbers that a space separates.
+        near(fiber.beta_m, 0.2);
+    };
+    let (half, quarter) = (2f32.ln(), 4f32.ln());
+    check("<input name=\"concentration\" type=\"float\" value=\"0.5\"/>", half, 1.4);
+    check("<input name=\"concentration\" type=\"float\" nodename=\"half\"/>", half, 1.4);
+    check("<input name=\"ior\" type=\"float\" value=\"1.5\"/>", -0.8f32.ln(), 1.5);
+    check("<input name=\"share\" type=\"float\" value=\"0\"/>", quarter, 1.4);
+    let both = "<input name=\"share\" type=\"float\" value=\"0.25\"/>
+        <input name=\"concentration\" type=\"float\" value=\"0.5\"/>";
+    check(both, 0.25 * half + 0.75 * quarter, 1.4);
+}
+
+#[test]
+fn definitions_that_use_themselves_have_an_end() {
+    let document = own_nodes("");
+    let inner = document.replace("<deon_hair_absorption_from_melanin name=\"n\"", "<pigment name=\"n\"");
+    let error = fiber_of(&inner.replace("</deon_hair_absorption_from_melanin>", "</pigment>")).unwrap_err();
+    assert!(error.contains("more than 64 nodes with a definition are nested"), "{error}");
+    // Each definition has two nodes of the next one: 2³⁰ copies.
+    let level = |i: usize| {
+        format!(
+            "<nodedef name=\"D{i}\" node=\"d{i}\"><output name=\"out\" type=\"vector3\"/></nodedef>
+            <nodegraph name=\"G{i}\" nodedef=\"D{i}\"><add name=\"n\" type=\"vector3\">
+            <input name=\"in1\" type=\"vector3\" nodename=\"a\"/><input name=\"in2\" type=\"vector3\" nodename=\"b\"/>
+            </add><d{0} name=\"a\" type=\"vector3\"/><d{0} name=\"b\" type=\"vector3\"/>
+            <output name=\"out\" type=\"vector3\" nodename=\"n\"/></nodegraph>",
+            i + 1
+        )
+    };
+    let levels = (0..30).map(level).collect::<String>() + "</materialx>";
+    let many = document.replace("<pigment name=\"a\"", "<d0 name=\"a\"").replacen("</pigment>", "</d0>", 1);
+    let error = fiber_of(&many.replace("</materialx>", &levels)).unwrap_err();
+    assert!(error.contains("more than 262144 nodes"), "{error}");
+    let error = fiber_of(&document.replace("interfacename=\"ior\"", "interfacename=\"gone\"")).unwrap_err();
+    assert!(error.contains("the node graph has no input gone"), "{error}");
+    let error =
+        fiber_of(&document.replace("nodename=\"a\"/> <input name=\"bg\"", "nodename=\"m\"/> <input name=\"bg\""));
+    // A share of 1 follows the first input only.
+    assert!(error.unwrap_err().contains("more than 16 nodes are nested"));
+}

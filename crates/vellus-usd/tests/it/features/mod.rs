@@ -20,6 +20,7 @@ mod shapes;
 mod skeletons;
 mod stages;
 mod subdivision;
+mod surfaces;
 mod syntax;
 mod transforms;
 

@@ -1,10 +1,14 @@
 //! Turns a MaterialX document into a text layer of USD: each material becomes a prim under `/MaterialX/Materials`, as
-//! OpenUSD's plugin for MaterialX does it. The nodes that a material uses are its children.
+//! OpenUSD's plugin for MaterialX does it. The nodes that a material uses are its children. A node that the document
+//! defines by a graph is replaced by a copy of the graph's nodes.
+
+mod names;
 
 use crate::error::Invalid;
 use crate::write::encoder::{Encoder, Role};
 use crate::write::names::quoted;
 use crate::write::text::Text;
+use names::Names;
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 use std::io;
@@ -24,6 +28,9 @@ const MAX_NAMESPACES: usize = 64;
 
 /// The largest number of nodes and inputs of all materials. Materials that share a node have a copy each.
 const MAX_COPIES: usize = 1 << 18;
+
+/// The deepest nesting of nodes that the document defines itself. A definition that uses itself has no end.
+const MAX_NESTED: usize = 64;
 
 /// The prim that contains all materials.
 pub(crate) const MATERIALS: &str = "/MaterialX/Materials";
@@ -155,9 +162,19 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
         let name = name_of(material)?;
         out.open("Material", name, Role::Plain).map_err(io)?;
         let path = format!("{MATERIALS}/{name}");
-        let mut writer = Writer { out, root, names: &document, path, waiting: Vec::new(), known: HashSet::new() };
+        let mut writer = Writer {
+            out,
+            root,
+            names: &document,
+            path,
+            instances: Vec::new(),
+            inside: HashMap::new(),
+            waiting: Vec::new(),
+            known: HashMap::new(),
+            used: HashSet::new(),
+        };
         if let Some(surface) = document.child(material, "input", "surfaceshader")
-            && let Some(source) = writer.source(surface)?
+            && let Some(source) = writer.source(surface, None)?
         {
             writer.out.line(&format!("token outputs:mtlx:surface.connect = <{source}>")).map_err(io)?;
         }
@@ -174,56 +191,19 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
     Ok(written)
 }
 
-/// The elements of a document by their names, and the names of their prims.
-struct Names<'d> {
-    /// By their parents and names.
-    elements: HashMap<(Node<'d, 'd>, &'d str), Node<'d, 'd>>,
-    /// The first output of each node graph.
-    outputs: HashMap<Node<'d, 'd>, Node<'d, 'd>>,
-    /// Names of prims of nodes in graphs. Other prims have the name of their node.
-    prims: HashMap<Node<'d, 'd>, String>,
+/// A node that the document defines by a graph. The nodes of the graph are copied for each.
+struct Instance<'d> {
+    node: Node<'d, 'd>,
+    definition: Node<'d, 'd>,
+    graph: Node<'d, 'd>,
+    /// The instance whose graph has the node.
+    outer: Option<usize>,
+    /// The number of instances around it.
+    depth: usize,
 }
 
-impl<'d> Names<'d> {
-    fn of(root: Node<'d, 'd>) -> Result<Self, Invalid> {
-        let mut names = Names { elements: HashMap::new(), outputs: HashMap::new(), prims: HashMap::new() };
-        for node in root.descendants() {
-            let (Some(parent), Some(name)) = (node.parent(), node.attribute("name")) else { continue };
-            if names.elements.insert((parent, name), node).is_some() {
-                return Err(at(node, format!("the name {} is used twice", excerpt(name.as_bytes(), 60))));
-            }
-        }
-        let mut used: HashSet<String> =
-            root.children().filter_map(|node| node.attribute("name")).map(str::to_owned).collect();
-        for graph in root.children().filter(|node| node.has_tag_name("nodegraph")) {
-            names.outputs.extend(graph.children().find(|node| node.has_tag_name("output")).map(|node| (graph, node)));
-            for node in graph.children() {
-                let [Some(graph), Some(name)] = [graph, node].map(|node| node.attribute("name")) else { continue };
-                // A node of the document or of another graph may have the same name.
-                let mut prim = format!("{graph}_{name}");
-                while !used.insert(prim.clone()) {
-                    prim.push('_');
-                }
-                names.prims.insert(node, prim);
-            }
-        }
-        Ok(names)
-    }
-
-    /// The name of a node's prim. A node in a graph starts with the graph's name.
-    fn prim(&self, node: Node<'d, 'd>) -> Result<&str, Invalid> {
-        let name = name_of(node)?;
-        match (self.prims.get(&node), node.parent()) {
-            (Some(prim), Some(graph)) => name_of(graph).map(|_| prim.as_str()),
-            _ => Ok(name),
-        }
-    }
-
-    /// The child of a kind and name.
-    fn child(&self, parent: Node<'d, 'd>, tag: &str, name: &'d str) -> Option<Node<'d, 'd>> {
-        self.elements.get(&(parent, name)).copied().filter(|node| node.has_tag_name(tag))
-    }
-}
+/// A node, and the index of the instance that it is copied for.
+type Copy<'d> = (Node<'d, 'd>, Option<usize>);
 
 /// Writes one material and all nodes that it uses.
 struct Writer<'t, 'd> {
@@ -232,52 +212,126 @@ struct Writer<'t, 'd> {
     names: &'t Names<'d>,
     /// The prim of the material.
     path: String,
+    instances: Vec<Instance<'d>>,
+    /// The indices of instances by their nodes.
+    inside: HashMap<Copy<'d>, usize>,
     /// Nodes that are referred to and not written yet.
-    waiting: Vec<Node<'d, 'd>>,
-    /// All nodes that were referred to.
-    known: HashSet<Node<'d, 'd>>,
+    waiting: Vec<Copy<'d>>,
+    /// The names of the prims of all nodes that were referred to.
+    known: HashMap<Copy<'d>, String>,
+    /// Names of prims of nodes that are copied for instances.
+    used: HashSet<String>,
 }
 
 impl<'d> Writer<'_, 'd> {
-    /// The output that an input is connected to, as a path. The input may belong to a node or a node graph.
-    fn source(&mut self, input: Node<'d, 'd>) -> Result<Option<String>, Invalid> {
-        let mut input = input;
-        // An input of a node in a graph may have the value of an input of the graph.
-        if let Some(interface) = input.attribute("interfacename") {
+    /// The input whose value or connection an input has, and the instance that this one is in. An input of a node in a
+    /// graph may have that of the graph, or that of the node which the graph implements.
+    fn resolve(&self, input: Node<'d, 'd>, within: Option<usize>) -> Result<Copy<'d>, Invalid> {
+        let (mut input, mut within) = (input, within);
+        while let Some(name) = input.attribute("interfacename") {
             let graph = input.parent().and_then(|node| node.parent());
-            let found = graph.and_then(|graph| self.names.child(graph, "input", interface));
-            input = found.ok_or_else(|| at(input, format!("the node graph has no input {interface}")))?;
+            let of = |element: Node<'d, 'd>| self.names.child(element, "input", name);
+            let instance = within.map(|i| &self.instances[i]).filter(|instance| Some(instance.graph) == graph);
+            let found = match instance {
+                Some(Instance { node, definition, outer, .. }) => {
+                    of(*node).or_else(|| of(*definition)).map(|found| (found, *outer))
+                }
+                None => graph.and_then(of).map(|found| (found, within)),
+            };
+            (input, within) = found.ok_or_else(|| at(input, format!("the node graph has no input {name}")))?;
         }
+        Ok((input, within))
+    }
+
+    /// The output that an input is connected to, as a path. The input may belong to a node or a node graph.
+    fn source(&mut self, input: Node<'d, 'd>, within: Option<usize>) -> Result<Option<String>, Invalid> {
+        let (input, mut within) = self.resolve(input, within)?;
         let scope = input.parent().and_then(|node| node.parent()).unwrap_or(self.root);
-        let (scope, name, output) = match (input.attribute("nodename"), input.attribute("nodegraph")) {
+        let (mut scope, mut name, mut output) = match (input.attribute("nodename"), input.attribute("nodegraph")) {
             (Some(name), _) => (scope, name, input.attribute("output")),
             (None, Some(graph)) => {
                 let found = self.names.child(self.root, "nodegraph", graph);
                 let found = found.ok_or_else(|| at(input, format!("there is no node graph {graph}")))?;
-                let result = match input.attribute("output") {
-                    Some(wanted) => self.names.child(found, "output", wanted),
-                    None => self.names.outputs.get(&found).copied(),
-                };
-                let result = result.ok_or_else(|| at(input, format!("the node graph {graph} has no such output")))?;
+                let result = self.result(input, found, input.attribute("output"))?;
                 let Some(name) = result.attribute("nodename") else { return Ok(None) };
                 (found, name, result.attribute("output"))
             }
             (None, None) => return Ok(None),
         };
-        let node = self.names.elements.get(&(scope, name)).copied();
-        let node = node.ok_or_else(|| at(input, format!("there is no node {name}")))?;
-        if self.known.insert(node) {
-            self.waiting.push(node);
-        }
+        let node = loop {
+            let node = self.names.elements.get(&(scope, name)).copied();
+            let node = node.ok_or_else(|| at(input, format!("there is no node {name}")))?;
+            let Some([definition, graph]) = self.names.definition(node) else { break node };
+            let result = self.result(input, graph, output)?;
+            let Some(inner) = result.attribute("nodename") else { return Ok(None) };
+            within = Some(self.instance(node, definition, graph, within)?);
+            (scope, name, output) = (graph, inner, result.attribute("output"));
+        };
         let output = output.unwrap_or("out");
         check_name(input, output)?;
-        Ok(Some(format!("{}/{}.outputs:{output}", self.path, self.names.prim(node)?)))
+        let prim = self.prim((node, within))?.to_owned();
+        Ok(Some(format!("{}/{prim}.outputs:{output}", self.path)))
+    }
+
+    /// The output of a node graph. `None` is its first one.
+    fn result(&self, from: Node, graph: Node<'d, 'd>, output: Option<&'d str>) -> Result<Node<'d, 'd>, Invalid> {
+        let found = match output {
+            Some(output) => self.names.child(graph, "output", output),
+            None => self.names.outputs.get(&graph).copied(),
+        };
+        let name = graph.attribute("name").unwrap_or_default();
+        found.ok_or_else(|| at(from, format!("the node graph {name} has no such output")))
+    }
+
+    /// The index of the instance of a node with a definition.
+    fn instance(
+        &mut self,
+        node: Node<'d, 'd>,
+        definition: Node<'d, 'd>,
+        graph: Node<'d, 'd>,
+        outer: Option<usize>,
+    ) -> Result<usize, Invalid> {
+        if let Some(&known) = self.inside.get(&(node, outer)) {
+            return Ok(known);
+        }
+        let depth = outer.map_or(0, |outer| self.instances[outer].depth + 1);
+        if depth >= MAX_NESTED {
+            return Err(at(node, format!("more than {MAX_NESTED} nodes with a definition are nested")));
+        }
+        if self.instances.len() >= MAX_COPIES {
+            return Err(at(node, format!("a material has more than {MAX_COPIES} nodes with a definition")));
+        }
+        self.instances.push(Instance { node, definition, graph, outer, depth });
+        self.inside.insert((node, outer), self.instances.len() - 1);
+        Ok(self.instances.len() - 1)
+    }
+
+    /// The name of the prim of a node. A node that was not referred to before is written later.
+    fn prim(&mut self, copy: Copy<'d>) -> Result<&str, Invalid> {
+        if !self.known.contains_key(&copy) {
+            let (node, within) = copy;
+            let prim = match within {
+                None => self.names.prim(node)?.to_owned(),
+                Some(i) => {
+                    let Instance { node: of, outer, .. } = self.instances[i];
+                    let number = outer.map_or(String::new(), |_| format!("{i}_"));
+                    let mut prim = format!("{}_{number}{}", name_of(of)?, name_of(node)?);
+                    while self.names.used.contains(&prim) || !self.used.insert(prim.clone()) {
+                        prim.push('_');
+                    }
+                    prim
+                }
+            };
+            self.known.insert(copy, prim);
+            self.waiting.push(copy);
+        }
+        Ok(&self.known[&copy])
     }
 
     /// Writes a node, and returns the number of its inputs.
-    fn node(&mut self, node: Node<'d, 'd>) -> Result<usize, Invalid> {
+    fn node(&mut self, (node, within): Copy<'d>) -> Result<usize, Invalid> {
         let io = |error: io::Error| Invalid::from(error.to_string());
-        let name = self.names.prim(node)?;
+        let name = &self.known[&(node, within)];
         self.out.open("Shader", name, Role::Plain).map_err(io)?;
         let (category, kind) = (node.tag_name().name(), node.attribute("type").unwrap_or_default());
         let id = match node.attribute("nodedef") {
@@ -288,20 +342,18 @@ impl<'d> Writer<'_, 'd> {
         self.out.line(&format!("uniform token info:id = {}", quoted(&id))).map_err(io)?;
         let mut inputs = 0;
         for input in node.children().filter(|child| child.has_tag_name("input")) {
-            self.input(node, input)?;
+            self.input(node, input, within)?;
             inputs += 1;
         }
         self.out.close().map_err(io)?;
         Ok(inputs)
     }
 
-    fn input(&mut self, node: Node<'d, 'd>, input: Node<'d, 'd>) -> Result<(), Invalid> {
+    fn input(&mut self, node: Node<'d, 'd>, input: Node<'d, 'd>, within: Option<usize>) -> Result<(), Invalid> {
         let io = |error: io::Error| Invalid::from(error.to_string());
         let name = name_of(input)?;
-        let interface =
-            input.attribute("interfacename").and_then(|name| self.names.child(node.parent()?, "input", name));
-        let (value_of, kind) = (interface.unwrap_or(input), input.attribute("type").unwrap_or_default());
-        if let Some(source) = self.source(input)? {
+        let (value_of, kind) = (self.resolve(input, within)?.0, input.attribute("type").unwrap_or_default());
+        if let Some(source) = self.source(input, within)? {
             return self.out.line(&format!("token inputs:{name}.connect = <{source}>")).map_err(io);
         }
         let Some(value) = value_of.attribute("value") else { return Ok(()) };
@@ -346,10 +398,11 @@ fn file_space<'a>(node: Node<'a, 'a>, input: Node<'a, 'a>) -> Option<&'a str> {
     input.attribute("colorspace").or_else(|| if is_color { nearest(input, "colorspace") } else { None })
 }
 
-/// Numbers that are separated by commas, as a value or a tuple.
+/// Numbers that are separated by commas or spaces, as a value or a tuple.
 fn numbers(input: Node, value: &str, count: usize) -> Result<String, Invalid> {
     let wrong = || at(input, format!("{} must have {count} finite numbers", input.attribute("name").unwrap_or("")));
-    let numbers = value.split(',').map(|x| x.trim().parse::<f32>().ok().filter(|x| x.is_finite()));
+    let parts = value.split(|c: char| c == ',' || c.is_whitespace()).filter(|x| !x.is_empty());
+    let numbers = parts.map(|x| x.parse::<f32>().ok().filter(|x| x.is_finite()));
     let numbers = numbers.collect::<Option<Vec<f32>>>().filter(|all| all.len() == count).ok_or_else(wrong)?;
     let texts: Vec<String> = numbers.iter().map(f32::to_string).collect();
     Ok(if count == 1 { texts.concat() } else { format!("({})", texts.join(", ")) })

@@ -1,0 +1,70 @@
+//! Nodes of MaterialX that compute the value of an input from other values.
+
+use crate::error::Error;
+use crate::read::network::Shader;
+use crate::read::shading::hair;
+use crate::read::shading::mapping::Mapping;
+use crate::read::shading::value::Value;
+
+/// The value of a node, or `None` if it is not one of those that are mapped.
+pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value>, Error> {
+    let prim = node.prim.as_str();
+    let mut of = |name: &str, default: f64| mapping.value_of(prim, name, [default; 3]);
+    let value = match node.id.as_str() {
+        "ND_chiang_hair_absorption_from_color" => of_color(mapping, prim)?,
+        "ND_deon_hair_absorption_from_melanin" => of_melanin(mapping, prim)?,
+        id if id.starts_with("ND_multiply_") => of("in1", 0.0)?.with(of("in2", 1.0)?, multiply),
+        id if id.starts_with("ND_add_") => of("in1", 0.0)?.with(of("in2", 0.0)?, add),
+        id if id.starts_with("ND_mix_") => {
+            let share = of("mix", 0.0)?;
+            // A node without effect is not asked for, so that it gives no warning.
+            if share == Value::number(0.0) {
+                of("bg", 0.0)?
+            } else if share == Value::number(1.0) {
+                of("fg", 0.0)?
+            } else {
+                mix(of("bg", 0.0)?, of("fg", 0.0)?, share)
+            }
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(value))
+}
+
+/// A share of 0 gives `a`, and one of 1 gives `b`.
+pub(super) fn mix(a: Value, b: Value, share: Value) -> Value {
+    let rest = share.clone().map_each(|x| 1.0 - x);
+    a.with(rest, multiply).with(b.with(share, multiply), add)
+}
+
+pub(super) fn multiply(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] * b[i])
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// σ per radius of a colour.
+fn of_color(mapping: &mut Mapping, prim: &str) -> Result<Value, Error> {
+    let color = mapping.share_of(prim, "color", [1.0; 3])?;
+    let roughness = mapping.share_of(prim, "azimuthal_roughness", [0.2; 3])?;
+    Ok(color.with(roughness, |c, b| c.map(|c| hair::absorption_of_color(c, b[0]))))
+}
+
+/// σ per radius of melanin.
+fn of_melanin(mapping: &mut Mapping, prim: &str) -> Result<Value, Error> {
+    let concentration = mapping.share_of(prim, "melanin_concentration", [0.25; 3])?;
+    let redness = mapping.share_of(prim, "melanin_redness", [0.5; 3])?;
+    let mut pigment = |name: &str, default: [f64; 3]| -> Result<[f64; 3], Error> {
+        let colored = mapping.share_of(prim, name, default)?.map_each(|c| -c.clamp(1e-4, 1.0).ln());
+        let Value::Constant(sigma) = colored else {
+            return Err(Error::prim(prim, format!("inputs:{name} cannot have an image")));
+        };
+        Ok(sigma)
+    };
+    let eumelanin = pigment("eumelanin_color", [0.657704, 0.498077, 0.254107])?;
+    let pheomelanin = pigment("pheomelanin_color", [0.829444, 0.67032, 0.349938])?;
+    Ok(concentration
+        .with(redness, |c, r| hair::absorption_of_melanin(hair::melanin(c[0]), r[0], [eumelanin, pheomelanin])))
+}
