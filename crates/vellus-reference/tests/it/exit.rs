@@ -163,7 +163,7 @@ fn near_fields_of_species_match_the_tracer() {
     let photons = effort(100_000, 400_000);
     let noise = 4.0 / (photons as f64).sqrt();
     let hits = [0.0, 0.3, 0.6, 0.9].map(|h| (Offsets::At(h), Window::near(h as f32)));
-    for ((name, of), worst) in KINDS.into_iter().take(effort(1, 2)).zip([0.044, 0.030]) {
+    for ((name, of), worst) in KINDS.into_iter().take(effort(1, 2)).zip([0.022, 0.030]) {
         let found = of_species(of, &hits, photons);
         println!("{name}: {found:.4?}");
         assert!(found[2] <= worst + noise, "{name}: {found:?}");
