@@ -110,3 +110,13 @@ fn files_may_be_named_by_strings() {
     assert_eq!(reading.scene.textures[0].pixels[0], [1.0, 0.0, 0.0], "{:?}", reading.warnings);
     assert!(reading.sources.iter().any(|(name, _)| name == "look/a.png"));
 }
+
+/// Types from before USD was published, and an image of a light with samples.
+#[test]
+fn old_types_and_samples_of_files_are_read() {
+    let (scene, warnings) = scene(&format!(
+        "def BasisCurves \"c\" {{ {} }} def DomeLight \"d\" {{ asset inputs:texture:file.timeSamples = {{ 1: @@, 2: @@ }} }}",
+        FOUR.replace("point3f[]", "PointFloat[]")
+    ));
+    assert_eq!((scene.strands[0].points.len(), said(&warnings).as_str()), (4, ""));
+}
