@@ -255,7 +255,15 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if values_of_variables.is_some() {
                     found.variables += variables;
                 }
-                if let Cow::Owned(content) = content {
+                // A string may stand for a file.
+                if declared == "asset" && words.0[1] == "=" && open.last().is_some_and(|(bracket, _)| *bracket == b'{')
+                {
+                    let is_plain = !content.contains(&b'@') && !content.contains(&b'\n');
+                    new.replace(
+                        at..at + used,
+                        &if is_plain { [b"@", &content[..], b"@"].concat() } else { b"@@".to_vec() },
+                    );
+                } else if let Cow::Owned(content) = content {
                     new.replace(at..at + used, &quoted(content));
                 }
                 words.push("");
@@ -604,6 +612,12 @@ mod tests {
             "float3[] a = [(1, 2, 3)] custom matrix4d Vec3f"
         );
         assert_eq!(read("def Vec3f \"a\" { token a = Vec3f }"), "def Vec3f \"a\" { token a = Vec3f }");
+    }
+
+    #[test]
+    fn strings_of_files_are_files() {
+        let text = "def X \"a\" { asset a = \"b.png\" ( doc = \"c\" ) string s = \"d\" asset[] e = [\"f\"] }";
+        assert_eq!(read(text), text.replace("\"b.png\"", "@b.png@"));
     }
 
     #[test]
