@@ -5,11 +5,11 @@ use crate::read::context::Reader;
 use crate::stage::When;
 
 /// Properties that change nothing in a picture of Vellus, by the reason: names, or namespaces, which end with a colon.
-const IGNORED: [(&str, &[&str]); 12] = [
+const IGNORED: [(&str, &[&str]); 14] = [
     // The space of the colours below a prim, which is asked for where there are some.
     ("colours", &["colorSpace:"]),
     // Notes of programs and users.
-    ("notes", &["userProperties:", "ui:", "info:", "assetInfo:", "semantics:"]),
+    ("notes", &["userProperties:", "ui:", "info:", "assetInfo:", "semantics:", "constraintTargets:"]),
     // What other renderers and programs need. Where an attribute of theirs is read, it was asked for.
     (
         "other programs",
@@ -34,6 +34,9 @@ const IGNORED: [(&str, &[&str]); 12] = [
             "trace:",
             "rman:",
             "rendersettings:",
+            "pruning:",
+            // Shaders that refer to a coordinate system are not read.
+            "coordSys:",
         ],
     ),
     // Bounds and stand-ins, which tell other programs what is there before they read it.
@@ -43,6 +46,10 @@ const IGNORED: [(&str, &[&str]); 12] = [
         "views",
         &["material:binding:preview", "guideColor", "guideRadius", "stereoRole", "clippingRange", "houdini:guidescale"],
     ),
+    // Names of properties before USD was published: its schemas do not have them.
+    ("old names", &["interpolateBoundary", "faceVaryingInterpolateBoundary"]),
+    // How subsets of a mesh are meant: the subsets themselves are read.
+    ("subsets", &["subsetFamily:"]),
     // Names of joints for users.
     ("joints", &["jointNames"]),
     // Files and layers of a picture, which are chosen where it is rendered.
@@ -72,7 +79,7 @@ const IGNORED: [(&str, &[&str]); 12] = [
 const EFFECTIVE: [&str; 3] = ["collection:lightLink:", "collection:shadowLink:", "collection:filterLink:"];
 
 /// Values at which a property has no effect: those that its schema has as fallback.
-const FALLBACKS: [(&str, Idle); 36] = [
+const FALLBACKS: [(&str, Idle); 37] = [
     ("inputs:diffuse", Idle::Number(1.0)),
     ("inputs:specular", Idle::Number(1.0)),
     ("inputs:shadow:enable", Idle::Number(1.0)),
@@ -86,6 +93,7 @@ const FALLBACKS: [(&str, Idle); 36] = [
     ("inputs:shaping:ies:angleScale", Idle::Any),
     ("inputs:shaping:ies:normalize", Idle::Any),
     ("inputs:shaping:cone:angle", Idle::Number(90.0)),
+    ("inputs:texture:format", Idle::Any),
     ("treatAsLine", Idle::Number(0.0)),
     ("treatAsPoint", Idle::Any),
     ("light:shaderId", Idle::Any),
@@ -151,8 +159,9 @@ fn has_effect(reader: &Reader, prim: &str, name: &str) -> Result<bool, Error> {
     if stage.is_custom(prim, name)? {
         return Ok(false);
     }
-    // A relationship without targets, and an attribute without a value and a connection.
-    if !stage.has_content(prim, name)? {
+    // A relationship without targets, and an attribute without a value and a connection, or with an empty list.
+    let is_empty = stage.numbers(prim, name, When::Open).is_ok_and(|all| all.is_some_and(|all| all.values.is_empty()));
+    if is_empty || !stage.has_content(prim, name)? {
         return Ok(false);
     }
     let Some((_, idle)) = FALLBACKS.iter().find(|(known, _)| *known == name) else { return Ok(true) };

@@ -64,14 +64,16 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         Ok(Some(primvar))
     };
     stage.know(prim, &["normals"])?;
-    let normals = match checked("primvars:normals", Interpolation::Constant, 3)? {
-        Some(normals) => Some(normals),
-        None => checked("normals", Interpolation::Vertex, 3)?,
+    // Normals and texture coordinates that cannot be read do not hide the mesh.
+    let normals = match checked("primvars:normals", Interpolation::Constant, 3) {
+        Ok(None) => checked("normals", Interpolation::Vertex, 3),
+        found => found,
     };
+    let normals = normals.or_else(|error| reader.ignore(prim, error).map(|()| None))?;
     let asked = texture.and_then(|texture| reader.uv_sets.get(&texture)).map(|set| format!("primvars:{set}"));
     let mut uv = None;
     for name in asked.iter().map(String::as_str).chain(["primvars:st", "primvars:uv"]) {
-        uv = checked(name, Interpolation::Constant, 2)?;
+        uv = checked(name, Interpolation::Constant, 2).or_else(|error| reader.ignore(prim, error).map(|()| None))?;
         if uv.is_some() {
             break;
         }

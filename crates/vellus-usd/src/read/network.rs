@@ -54,6 +54,8 @@ fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result
                 .add(collection, "collections by an expression are not supported: this collection is empty"),
         }
     }
+    // One for a purpose is stronger.
+    reader.stage.know(path, &["material:binding"])?;
     let name = if purpose.is_empty() { "material:binding".to_owned() } else { format!("material:binding:{purpose}") };
     let material = reader.stage.targets(path, &name)?.into_iter().next();
     Ok(material.map(|material| (name, material)))

@@ -109,7 +109,7 @@ fn read_from(reader: &mut Reader, paths: &[String], prim: &String) -> Result<Set
     let number = |name: &str| stage.precise(owner(name)?, name, When::Open);
     let flag = |name: &str| Ok::<_, Error>(stage.flag(owner(name)?, name)? == Some(true));
     let camera = stage.targets(owner("camera")?, "camera")?.into_iter().next();
-    let is_instantaneous = flag("instantaneousShutter")? || flag("disableMotionBlur")?;
+    let is_instantaneous = [flag("instantaneousShutter")?, flag("disableMotionBlur")?].contains(&true);
     let is_pinhole = flag("disableDepthOfField")?;
     let size = match number("resolution")?.as_deref() {
         None => None,

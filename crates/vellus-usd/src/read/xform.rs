@@ -121,7 +121,12 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     };
     let turn = |axis: DVec3, degrees: f64| DMat4::from_axis_angle(axis, degrees.to_radians());
     Some(match (kind, numbers) {
-        ("transform", numbers) => DMat4::from_cols_array(numbers.try_into().ok()?),
+        ("transform", numbers) => {
+            let numbers: [f64; 16] = numbers.try_into().ok()?;
+            // Homogeneous coordinates: a matrix and its multiples are the same transform.
+            let w = if numbers[15] == 0.0 { 1.0 } else { numbers[15] };
+            DMat4::from_cols_array(&numbers.map(|x| x / w))
+        }
         ("translate", &[x, y, z]) => DMat4::from_translation(DVec3::new(x, y, z)),
         ("scale", &[x, y, z]) => DMat4::from_scale(DVec3::new(x, y, z)),
         ("orient", &[x, y, z, w]) => DMat4::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()),

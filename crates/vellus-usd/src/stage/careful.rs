@@ -5,6 +5,7 @@ use super::arcs::{Arc, LayerArcs, absolute};
 use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
 use super::names::{check_default, check_expression, check_name, check_path};
+use super::old_crate::{version, with_new_tables, with_new_times};
 use super::text::{Content, Text, normalized};
 use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
@@ -41,6 +42,7 @@ impl Careful {
             bytes = to_usda(&bytes).map_err(broken)?.into_bytes();
         }
         let Text { bytes, content } = if bytes.starts_with(usdc::MAGIC) {
+            let bytes = renewed(bytes).map_err(broken)?;
             let digest = Digest::of(&bytes);
             let known = self.checked.borrow().get(&digest).cloned();
             let content = known.map_or_else(|| check(&bytes), Ok).map_err(broken)?;
@@ -196,6 +198,18 @@ fn error_of(text: &str) -> Option<String> {
         }
         None => cause,
     })
+}
+
+/// A binary layer of an old version in a form that `openusd` reads.
+fn renewed(bytes: Vec<u8>) -> Result<Vec<u8>, Invalid> {
+    if version(&bytes)? >= [0, 7, 0] {
+        return Ok(bytes);
+    }
+    let bytes = with_new_tables(bytes)?;
+    check_tables(&bytes)?;
+    let file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(&bytes))?))?;
+    let renewed = with_new_times(&bytes, file.fields.iter().map(|field| field.value_rep.0))?;
+    Ok(renewed.unwrap_or(bytes))
 }
 
 /// Checks a binary layer before it is decoded.

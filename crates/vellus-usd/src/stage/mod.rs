@@ -12,6 +12,7 @@ mod files;
 mod instances;
 mod materialx;
 mod names;
+mod old_crate;
 mod package;
 mod properties;
 mod text;

@@ -24,6 +24,42 @@ const MOST_FENCES: usize = 100;
 /// so has a child. The parser compares each name with all others of the block: this many take 5 s.
 const MOST_WORDS: usize = 1 << 17;
 
+/// Names of types from before USD was published, which Pixar's library still reads, and their names now.
+const OLD_TYPES: [(&str, &str); 32] = [
+    ("Vec2i", "int2"),
+    ("Vec2h", "half2"),
+    ("Vec2f", "float2"),
+    ("Vec2d", "double2"),
+    ("Vec3i", "int3"),
+    ("Vec3h", "half3"),
+    ("Vec3f", "float3"),
+    ("Vec3d", "double3"),
+    ("Vec4i", "int4"),
+    ("Vec4h", "half4"),
+    ("Vec4f", "float4"),
+    ("Vec4d", "double4"),
+    ("PointFloat", "point3f"),
+    ("Point", "point3d"),
+    ("NormalFloat", "normal3f"),
+    ("Normal", "normal3d"),
+    ("VectorFloat", "vector3f"),
+    ("Vector", "vector3d"),
+    ("ColorFloat", "color3f"),
+    ("Color", "color3d"),
+    ("Quath", "quath"),
+    ("Quatf", "quatf"),
+    ("Quatd", "quatd"),
+    ("Matrix2d", "matrix2d"),
+    ("Matrix3d", "matrix3d"),
+    ("Matrix4d", "matrix4d"),
+    ("Frame", "frame4d"),
+    ("Transform", "matrix4d"),
+    ("PointIndex", "int"),
+    ("EdgeIndex", "int"),
+    ("FaceIndex", "int"),
+    ("Schema", "token"),
+];
+
 /// The UTF-8 byte order mark that some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
@@ -219,7 +255,15 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if values_of_variables.is_some() {
                     found.variables += variables;
                 }
-                if let Cow::Owned(content) = content {
+                // A string may stand for a file.
+                if declared == "asset" && words.0[1] == "=" && open.last().is_some_and(|(bracket, _)| *bracket == b'{')
+                {
+                    let is_plain = !content.contains(&b'@') && !content.contains(&b'\n');
+                    new.replace(
+                        at..at + used,
+                        &if is_plain { [b"@", &content[..], b"@"].concat() } else { b"@@".to_vec() },
+                    );
+                } else if let Cow::Owned(content) = content {
                     new.replace(at..at + used, &quoted(content));
                 }
                 words.push("");
@@ -231,6 +275,10 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 check_expression(&path).map_err(fail)?;
                 if let Some(list) = &mut arcs {
                     list.add(&mut found.arcs, &prims, Item::Layer(&path)).map_err(fail)?;
+                }
+                // The parser reads samples without brackets as words: a string stands for the same file.
+                if samples.as_ref().is_some_and(|samples| samples.depth == depth && !samples.expects_time) {
+                    new.replace(at..at + used, &quoted(path.as_bytes().to_vec()));
                 }
                 used
             }
@@ -316,7 +364,11 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     match (word, is_array) {
                         ("pathExpression", _) => new.replace(at..at + used, b"string"),
                         ("uint" | "uint64", true) => new.replace(at..at + used, b"int64"),
-                        _ => {}
+                        _ => {
+                            if let Some((_, now)) = OLD_TYPES.iter().find(|(old, _)| *old == word) {
+                                new.replace(at..at + used, now.as_bytes());
+                            }
+                        }
                     }
                 }
                 let is_time = samples.as_ref().is_some_and(|samples| samples.depth == depth && samples.expects_time);
@@ -551,6 +603,28 @@ mod tests {
         for end in ["1", "1.", "1.e", "1e", "1e+", ".", ".1", "-", "-."] {
             read(end);
         }
+    }
+
+    #[test]
+    fn old_types_have_their_names_of_now() {
+        assert_eq!(
+            read("Vec3f[] a = [(1, 2, 3)] custom Matrix4d Vec3f"),
+            "float3[] a = [(1, 2, 3)] custom matrix4d Vec3f"
+        );
+        assert_eq!(read("def Vec3f \"a\" { token a = Vec3f }"), "def Vec3f \"a\" { token a = Vec3f }");
+    }
+
+    #[test]
+    fn strings_of_files_are_files() {
+        let text = "def X \"a\" { asset a = \"b.png\" ( doc = \"c\" ) string s = \"d\" asset[] e = [\"f\"] }";
+        assert_eq!(read(text), text.replace("\"b.png\"", "@b.png@"));
+    }
+
+    #[test]
+    fn files_as_samples_are_strings() {
+        let text = "asset a.timeSamples = { 1: @@, 2: @b/'c@ } asset[] b.timeSamples = { 1: [@c@] }";
+        let new = "asset a.timeSamples = { 1: '''''', 2: '''b/'c''' } asset[] b.timeSamples = { 1: [@c@] }";
+        assert_eq!(read(text), new);
     }
 
     #[test]

@@ -13,17 +13,17 @@ const DEEPEST: usize = 32;
 
 /// A position in the bytes of a layer.
 #[derive(Clone, Copy)]
-struct Cursor<'a> {
-    bytes: &'a [u8],
-    at: u64,
+pub(super) struct Cursor<'a> {
+    pub bytes: &'a [u8],
+    pub at: u64,
 }
 
-impl Cursor<'_> {
+impl<'a> Cursor<'a> {
     fn rest(&self) -> u64 {
         (self.bytes.len() as u64).saturating_sub(self.at)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let start = usize::try_from(self.at).unwrap_or(usize::MAX);
         let bytes = self.bytes.get(start..).and_then(|rest| rest.first_chunk::<N>());
         let bytes = bytes.ok_or_else(|| format!("it is cut off: there is no byte {}", self.at))?;
@@ -31,16 +31,16 @@ impl Cursor<'_> {
         Ok(*bytes)
     }
 
-    fn u32(&mut self) -> Result<u64, Invalid> {
+    pub fn u32(&mut self) -> Result<u64, Invalid> {
         Ok(u64::from(u32::from_le_bytes(self.array()?)))
     }
 
-    fn u64(&mut self) -> Result<u64, Invalid> {
+    pub fn u64(&mut self) -> Result<u64, Invalid> {
         Ok(u64::from_le_bytes(self.array()?))
     }
 
     /// Skips `count` items of `size` bytes.
-    fn skip(&mut self, count: u64, size: u64) -> Result<(), Invalid> {
+    pub fn skip(&mut self, count: u64, size: u64) -> Result<(), Invalid> {
         match count.checked_mul(size) {
             Some(bytes) if bytes <= self.rest() => {
                 self.at += bytes;
@@ -48,6 +48,14 @@ impl Cursor<'_> {
             }
             _ => Err(format!("at byte {} it claims {count} items, more than the file can hold", self.at).into()),
         }
+    }
+
+    /// The next bytes.
+    pub fn bytes(&mut self, count: u64) -> Result<&'a [u8], Invalid> {
+        let start = usize::try_from(self.at).unwrap_or(usize::MAX);
+        self.skip(count, 1)?;
+        let bytes = self.bytes.get(start..).and_then(|rest| rest.get(..count as usize));
+        bytes.ok_or_else(|| format!("it is cut off: there is no byte {start}").into())
     }
 
     /// Skips a compressed block that expands to at least `bytes`.
@@ -69,7 +77,7 @@ impl Cursor<'_> {
     }
 
     /// Reads a 64-bit offset and moves to its target.
-    fn follow(&mut self) -> Result<(), Invalid> {
+    pub fn follow(&mut self) -> Result<(), Invalid> {
         let from = self.at;
         let offset = i64::from_le_bytes(self.array()?);
         self.at = from.checked_add_signed(offset).ok_or("an offset points outside the file")?;

@@ -1,6 +1,6 @@
 //! Writes a scene as text (.usda) or binary (.usdc).
 
-mod crate_file;
+pub(crate) mod crate_file;
 pub(crate) mod encoder;
 mod geometry;
 mod look;

@@ -9,7 +9,7 @@ mod sections;
 mod tables;
 
 pub(crate) use heap::Heap;
-pub(crate) use integers::{pack_floats, pack_integers};
+pub(crate) use integers::{MOST_BYTES, lz4, pack_floats, pack_integers};
 pub(crate) use tables::Tables;
 
 use crate::write::encoder::{Encoder, Role};

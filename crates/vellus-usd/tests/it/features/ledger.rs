@@ -37,14 +37,19 @@ fn ordinary_exports_are_quiet() {
         uniform token purpose = \"default\" token visibility = \"inherited\" string ui:note = \"x\"
         uniform token wrap = \"nonperiodic\" custom float mine = 3 uniform token model:drawMode = \"default\"
         float[] primvars:arnold:radius = [1] float[] primvars:widths = [0.1] rel proxyPrim = </p>
-        rel empty float declared
+        rel empty float declared bool pruning:prunable = 0 matrix4d constraintTargets:hand rel coordSys:map:binding = </k>
         rel collection:hair:includes = </c> double3 xformOp:scale = (2, 2, 2)";
     let body = format!(
         "def Xform \"g\" {{ {quiet} }} def BasisCurves \"c\" {{ {FOUR} {} }} def Mesh \"m\" {{ uniform bool doubleSided = 1
             point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3]
             int[] faceVertexIndices = [0, 1, 2]
-            uniform token subdivisionScheme = \"none\" token interpolateBoundary = \"edgeAndCorner\" }}
-        def Camera \"k\" {{ float2 clippingRange = (0.1, 100) token projection = \"perspective\" float exposure:time = 1 }}
+            uniform token subdivisionScheme = \"none\" token interpolateBoundary = \"edgeAndCorner\"
+            bool faceVaryingInterpolateBoundary = 1 token subsetFamily:materialBind:familyType = \"partition\"
+            rel material:binding = </none> rel material:binding:full = </plain> }}
+        def Material \"plain\" {{ token outputs:surface.connect = </plain/s.outputs:surface>
+            def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" token outputs:surface }} }}
+        def DomeLight \"d\" {{ token inputs:texture:format = \"latlong\" }}
+        def Camera \"k\" {{ float4[] clippingPlanes = [] float2 clippingRange = (0.1, 100) token projection = \"perspective\" float exposure:time = 1 }}
         def Scope \"s\" {{}} def Skeleton \"bones\" {{}} def HoudiniLayerInfo \"h\" {{}}",
         quiet.replace("uniform token wrap = \"nonperiodic\"", "")
     );

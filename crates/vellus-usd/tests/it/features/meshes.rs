@@ -131,3 +131,16 @@ fn concave_faces_do_not_leave_their_outlines() {
         assert_eq!((normals[..3].iter().sum::<f32>(), normals[3..5].iter().sum::<f32>()), (2.5, 0.5));
     }
 }
+
+#[test]
+fn wrong_normals_and_coordinates_do_not_hide_a_mesh() {
+    let (scene, warnings) = scene(
+        "def Mesh \"m\" { uniform token subdivisionScheme = \"none\" int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2] point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
+            normal3f[] normals = [(0,0,1), (0,0,1)]
+            texCoord2f[] primvars:st = [] (interpolation = \"faceVarying\") }",
+    );
+    assert_eq!((scene.meshes[0].triangles.len(), &scene.meshes[0].normals), (1, &None));
+    let said = said(&warnings);
+    assert!(said.contains("normals has 2 values") && said.contains("primvars:st has 0 values"), "{said}");
+}

@@ -1,7 +1,7 @@
 //! Text and binary layers as OpenUSD writes and reads them.
 
 use super::{FOUR, said, scene};
-use crate::common::{read, read_text};
+use crate::common::{pixar, read, read_text};
 use std::path::Path;
 use vellus_usd::Options;
 
@@ -109,4 +109,40 @@ fn files_may_be_named_by_strings() {
     let reading = vellus_usd::read(&folder.path().join("top.usda"), &Options::default()).unwrap();
     assert_eq!(reading.scene.textures[0].pixels[0], [1.0, 0.0, 0.0], "{:?}", reading.warnings);
     assert!(reading.sources.iter().any(|(name, _)| name == "look/a.png"));
+}
+
+/// Types from before USD was published, and an image of a light with samples.
+#[test]
+fn old_types_and_samples_of_files_are_read() {
+    let (scene, warnings) = scene(&format!(
+        "def BasisCurves \"c\" {{ {} }} def DomeLight \"d\" {{ asset inputs:texture:file.timeSamples = {{ 1: @@, 2: @@ }} }}",
+        FOUR.replace("point3f[]", "PointFloat[]")
+    ));
+    assert_eq!((scene.strands[0].points.len(), said(&warnings).as_str()), (4, ""));
+}
+
+/// Layers of the first versions of the binary format, as Pixar's library writes them.
+#[test]
+fn old_binary_layers_are_read() {
+    let Some(_) = pixar() else { return };
+    let script = "import sys; from pxr import Usd; Usd.Stage.Open(sys.argv[1]).Export(sys.argv[2])";
+    let folder = tempfile::tempdir().unwrap();
+    let text = folder.path().join("text.usda");
+    let body = format!(
+        "#usda 1.0 ( startTimeCode = 1 endTimeCode = 3 )
+        def Xform \"g\" {{ double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 0), 3: (2, 4, 6) }}
+            uniform token[] xformOpOrder = [\"xformOp:translate\"]
+            def BasisCurves \"c\" {{ {FOUR} }} def BasisCurves \"d\" {{ {FOUR} }} }}"
+    );
+    std::fs::write(&text, body).unwrap();
+    let options = Options { frame: Some(2.0), ..Options::default() };
+    let (expected, _) = read(&text, &options).unwrap();
+    for version in ["0.0.1", "0.2.0", "0.4.0", "0.6.0", "0.7.0"] {
+        let file = folder.path().join(format!("{version}.usdc"));
+        let mut python = pixar().unwrap();
+        python.env("USD_WRITE_NEW_USDC_FILES_AS_VERSION", version).args(["-c", script]);
+        assert!(python.arg(&text).arg(&file).status().unwrap().success());
+        let (scene, warnings) = read(&file, &options).unwrap();
+        assert_eq!((said(&warnings).as_str(), &scene.strands), ("", &expected.strands), "{version}");
+    }
 }

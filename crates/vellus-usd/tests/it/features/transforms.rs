@@ -50,3 +50,14 @@ fn stretched_strands_get_the_mean_scale_and_a_warning() {
     assert!((scene.strands[0].points[0].w - 0.2).abs() < 1e-6);
     assert!(said(&warnings).contains("/b: its scale is not uniform"));
 }
+
+#[test]
+fn a_multiple_of_a_matrix_is_the_same_transform() {
+    let at = |matrix: &str| {
+        let order = "uniform token[] xformOpOrder = [\"xformOp:transform\"]";
+        scene(&format!("def BasisCurves \"c\" {{ {FOUR} matrix4d xformOp:transform = {matrix} {order} }}"))
+    };
+    let (one, _) = at("((1,0,0,0), (0,1,0,0), (0,0,1,0), (0,0,7,1))");
+    let (two, warnings) = at("((2,0,0,0), (0,2,0,0), (0,0,2,0), (0,0,14,2))");
+    assert_eq!((two.strands[0].points.clone(), said(&warnings)), (one.strands[0].points.clone(), String::new()));
+}
