@@ -37,7 +37,8 @@ fn ordinary_exports_are_quiet() {
         uniform token purpose = \"default\" token visibility = \"inherited\" string ui:note = \"x\"
         uniform token wrap = \"nonperiodic\" custom float mine = 3 uniform token model:drawMode = \"default\"
         float[] primvars:arnold:radius = [1] float[] primvars:widths = [0.1] rel proxyPrim = </p>
-        rel empty float declared bool pruning:prunable = 0 matrix4d constraintTargets:hand rel coordSys:map:binding = </k>
+        rel empty float declared bool pruning:prunable = 0 matrix4d constraintTargets:hand rel
+        coordSys:map:binding = </k>
         rel collection:hair:includes = </c> double3 xformOp:scale = (2, 2, 2)";
     let body = format!(
         "def Xform \"g\" {{ {quiet} }} def BasisCurves \"c\" {{ {FOUR} {} }} def Mesh \"m\" {{ uniform bool doubleSided = 1
