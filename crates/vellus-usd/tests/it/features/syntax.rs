@@ -129,10 +129,10 @@ fn old_binary_layers_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("text.usda");
     let body = format!(
-        "#usda 1.0 ( startTimeCode = 1 endTimeCode = 3 )
-        def Xform \"g\" {{ double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 0), 3: (2, 4, 6) }}
+        "#usda 1.0\n(\nstartTimeCode = 1\nendTimeCode = 3\n)
+        def Xform \"g\" {{\n double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 0), 3: (2, 4, 6) }}
             uniform token[] xformOpOrder = [\"xformOp:translate\"]
-            def BasisCurves \"c\" {{ {FOUR} }} def BasisCurves \"d\" {{ {FOUR} }} }}"
+            def BasisCurves \"c\" {{\n{FOUR}\n}}\n def BasisCurves \"d\" {{\n{FOUR}\n}}\n}}\n"
     );
     std::fs::write(&text, body).unwrap();
     let options = Options { frame: Some(2.0), ..Options::default() };
