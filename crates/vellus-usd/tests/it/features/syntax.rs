@@ -115,7 +115,8 @@ fn files_may_be_named_by_strings() {
 #[test]
 fn old_types_and_samples_of_files_are_read() {
     let (scene, warnings) = scene(&format!(
-        "def BasisCurves \"c\" {{ {} }} def DomeLight \"d\" {{ asset inputs:texture:file.timeSamples = {{ 1: @@, 2: @@ }} }}",
+        "def BasisCurves \"c\" {{ {} }} def DomeLight \"d\" {{
+            asset inputs:texture:file.timeSamples = {{ 1: @@, 2: @@ }} }}",
         FOUR.replace("point3f[]", "PointFloat[]")
     ));
     assert_eq!((scene.strands[0].points.len(), said(&warnings).as_str()), (4, ""));
