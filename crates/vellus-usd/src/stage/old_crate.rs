@@ -108,7 +108,7 @@ fn paths(mut at: Cursor, is_padded: bool, tokens: u64) -> Result<Vec<u8>, Invali
     // Paths, their tokens, and where the next sibling is.
     let mut entries: Vec<[i32; 3]> = Vec::new();
     let mut siblings: Vec<(usize, u64)> = Vec::new();
-    while count > 0 {
+    loop {
         if entries.len() as u64 >= count {
             return Err(format!("it claims {count} paths, but encodes more").into());
         }

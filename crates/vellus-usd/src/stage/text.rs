@@ -658,7 +658,7 @@ mod tests {
         }
         // Two attributes, and a sample with brackets of its own.
         let two = "a.timeSamples = { 2: @b@, 1: @c, d@ } b.timeSamples = { 4: (1, 2), 3: (3, 4) }";
-        let sorted = "a.timeSamples = { 1: @c, d@, 2: @b@, } b.timeSamples = { 3: (3, 4), 4: (1, 2), }";
+        let sorted = "a.timeSamples = { 1: '''c, d''', 2: '''b''', } b.timeSamples = { 3: (3, 4), 4: (1, 2), }";
         assert_eq!(read(two), sorted);
     }
 
