@@ -220,6 +220,7 @@ def scenes():
     kinds = {"path": "path", "small": "flag", "fiber": "optional fiber", "width": "not negative", "strands": "share"}
     kinds |= {"camera": "text", "frame": "callback", "stage": "flag", "aspect": "positive", "light": "choice"}
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
+    kinds |= {"strict": "flag"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
     kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}
     yield "Scene.add_look", made.add_look, {"fiber": "cat"}, kinds

@@ -114,4 +114,4 @@ def test_files(tmp_path):
 
 def test_html_has_parameters_and_a_swatch():
     html = Fiber("red-fox")._repr_html_()
-    assert "kappa" in html and "0.925" in html and "rgb(" in html
+    assert "kappa" in html and "0.924" in html and "rgb(" in html
