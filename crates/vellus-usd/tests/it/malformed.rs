@@ -132,7 +132,8 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
         ),
         (
             curves(&format!(
-                "{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]"
+                "{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\")
+                    int[] primvars:st:indices = [7]"
             )),
             &["/c: primvars:st:indices[0] is 7, but there are 1 values: it is ignored"],
         ),

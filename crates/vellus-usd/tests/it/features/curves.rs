@@ -69,7 +69,8 @@ fn loops_are_closed_in_every_basis() {
     ] {
         let all: Vec<String> = (0..points).map(|x| format!("({x},0,0)")).collect();
         let (scene, warnings) = scene(&format!(
-            "def BasisCurves \"c\" {{ uniform {kind} uniform token wrap = \"periodic\" int[] curveVertexCounts = [{points}]
+            "def BasisCurves \"c\" {{ uniform {kind} uniform token wrap = \"periodic\"
+                int[] curveVertexCounts = [{points}]
                 point3f[] points = [{}] float[] widths = [1] (interpolation = \"constant\") }}",
             all.join(", ")
         ));
@@ -109,9 +110,11 @@ fn display_colour_is_the_reflectance_of_the_coat() {
         "def Material \"m\" {{ token outputs:surface.connect = </m/s.outputs:surface>
             def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" token outputs:surface
                 color3f inputs:diffuseColor.connect = </m/r.outputs:result> }}
-            def Shader \"r\" {{ uniform token info:id = \"UsdPrimvarReader_float3\" string inputs:varname = \"displayColor\"
+            def Shader \"r\" {{ uniform token info:id = \"UsdPrimvarReader_float3\"
+                string inputs:varname = \"displayColor\"
                 float3 inputs:fallback = (0.25, 0.2, 0.15) float3 outputs:result }} }}
-        def BasisCurves \"a\" {{ {FOUR} rel material:binding = </m> color3f[] primvars:displayColor = [(0.3, 0.2, 0.1)] }}
+        def BasisCurves \"a\" {{ {FOUR} rel material:binding = </m>
+            color3f[] primvars:displayColor = [(0.3, 0.2, 0.1)] }}
         def BasisCurves \"b\" {{ {FOUR} rel material:binding = </m> }}"
     ));
     assert_eq!(read.strands[0].varying, [(Parameter::Reflectance, Values::Constant([0.3, 0.2, 0.1]))]);

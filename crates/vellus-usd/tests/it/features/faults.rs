@@ -36,7 +36,8 @@ fn broken_strands_are_left_out_and_counted() {
     }
     let (read, _) = scene(&format!(
         "{GOOD} def BasisCurves \"c\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2, 2]
-        point3f[] points = [(0,0,0), (1,0,0), (0,1,0), (1,1,0)] float[] widths = [1, -1] (interpolation = \"uniform\") }}"
+        point3f[] points = [(0,0,0), (1,0,0), (0,1,0), (1,1,0)]
+            float[] widths = [1, -1] (interpolation = \"uniform\") }}"
     ));
     assert_eq!(read.strands[1].len(), 1);
 }
@@ -54,12 +55,14 @@ fn prims_that_cannot_be_read_are_left_out() {
         ("def SphereLight \"bad\" { float inputs:radius = -1 }", "/bad: inputs:radius is -1"),
         ("def SphereLight \"bad\" { float inputs:intensity = 1e38 float inputs:exposure = 60 }", "/bad: "),
         (
-            "def Xform \"bad\" { double3 xformOp:translate = (nan, 0, 0) uniform token[] xformOpOrder = [\"xformOp:translate\"]
+            "def Xform \"bad\" { double3 xformOp:translate = (nan, 0, 0)
+                uniform token[] xformOpOrder = [\"xformOp:translate\"]
                 def BasisCurves \"c\" {} }",
             "/bad: xformOp:translate must be finite: it and what is in it are left out",
         ),
         ("def Sphere \"bad\" { double radius = -1 }", "/bad: its size must be finite and not negative"),
-        ("def SphereLight \"bad\" { float inputs:diffuse = -1 rel collection:lightLink:excludes = </c> }", "/bad: inputs:d"),
+        ("def SphereLight \"bad\" { float inputs:diffuse = -1
+            rel collection:lightLink:excludes = </c> }", "/bad: inputs:d"),
         ("def RenderSettings \"bad\" { uniform token resolution = \"big\" }", "/bad: resolution must be"),
         ("def PointInstancer \"bad\" { point3f[] positions = [(0,0,0)] }", "/bad: protoIndices has 0 values"),
     ] {
@@ -116,7 +119,8 @@ fn materials_that_cannot_be_read_give_the_fallback() {
 #[test]
 fn values_out_of_range_are_clamped_with_the_name_of_the_input() {
     let body = material(
-        "def Shader \"s\" { uniform token info:id = \"arnold:standard_hair\" float inputs:roughness = 0 token outputs:surface }",
+        "def Shader \"s\" { uniform token info:id = \"arnold:standard_hair\" float inputs:roughness = 0
+            token outputs:surface }",
     );
     let (read, warnings) = scene(&body);
     let fiber = read.looks[read.strands[0].look].fiber;
@@ -213,7 +217,8 @@ fn curves_whose_topology_changes_have_no_deformation_blur() {
     let stage = |counts: &str, points: &str| {
         let body = format!(
             "( startTimeCode = 1 ) def Camera \"k\" {{ double shutter:open = -0.5 double shutter:close = 0.5 }}
-            def BasisCurves \"c\" {{ uniform token type = \"linear\" int[] curveVertexCounts.timeSamples = {{ {counts} }}
+            def BasisCurves \"c\" {{ uniform token type = \"linear\"
+                int[] curveVertexCounts.timeSamples = {{ {counts} }}
                 point3f[] points.timeSamples = {{ {points} }} float[] widths = [1] (interpolation = \"constant\") }}"
         );
         read_text(&body, &Options { frame: Some(2.0), ..Options::default() }).unwrap()

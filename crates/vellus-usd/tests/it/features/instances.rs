@@ -283,8 +283,10 @@ fn prototypes_may_be_below_an_over() {
     let body = format!(
         "def PointInstancer \"herd\" {{ point3f[] positions = [(-10,0,0), (10,0,0)] int[] protoIndices = [0, 0]
             rel prototypes = </herd/Prototypes/cat>
-            over \"Prototypes\" {{ double3 xformOp:translate = (0, 50, 0) uniform token[] xformOpOrder = [\"xformOp:translate\"]
-                def Xform \"cat\" {{ double3 xformOp:translate = (0, 0, 5) uniform token[] xformOpOrder = [\"xformOp:translate\"]
+            over \"Prototypes\" {{ double3 xformOp:translate = (0, 50, 0)
+                uniform token[] xformOpOrder = [\"xformOp:translate\"]
+                def Xform \"cat\" {{ double3 xformOp:translate = (0, 0, 5)
+                    uniform token[] xformOpOrder = [\"xformOp:translate\"]
                     def BasisCurves \"fur\" {{ {FOUR} }} over \"no\" {{ def BasisCurves \"x\" {{ {FOUR} }} }} }} }} }}"
     );
     let (scene, warnings) = read_text(&body, &Options::default()).unwrap();

@@ -20,8 +20,10 @@ fn properties_that_nobody_reads_are_named() {
     assert_eq!(said(&scene(&two).1), "/a, /b: newThing is not read and has no effect");
     // Shaders and groups, too. Materials that nothing is bound to are not read at all.
     let shader = format!(
-        "def Xform \"g\" {{ float newThing = 1 }} def Material \"m\" {{ token outputs:surface.connect = </m/s.outputs:surface>
-            def Shader \"s\" {{ uniform token info:id = \"VellusFur\" float inputs:newThing = 1 token outputs:surface }} }}
+        "def Xform \"g\" {{ float newThing = 1 }} def Material \"m\" {{
+            token outputs:surface.connect = </m/s.outputs:surface>
+            def Shader \"s\" {{ uniform token info:id = \"VellusFur\" float inputs:newThing = 1
+                token outputs:surface }} }}
         def Material \"other\" {{ def Shader \"s\" {{ float inputs:unbound = 1 }} }}
         def BasisCurves \"c\" {{ {FOUR} rel material:binding = </m> }}"
     );
@@ -41,7 +43,8 @@ fn ordinary_exports_are_quiet() {
         coordSys:map:binding = </k>
         rel collection:hair:includes = </c> double3 xformOp:scale = (2, 2, 2)";
     let body = format!(
-        "def Xform \"g\" {{ {quiet} }} def BasisCurves \"c\" {{ {FOUR} {} }} def Mesh \"m\" {{ uniform bool doubleSided = 1
+        "def Xform \"g\" {{ {quiet} }} def BasisCurves \"c\" {{ {FOUR} {} }} def Mesh \"m\" {{ uniform bool
+            doubleSided = 1
             point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] int[] faceVertexCounts = [3]
             int[] faceVertexIndices = [0, 1, 2]
             uniform token subdivisionScheme = \"none\" token interpolateBoundary = \"edgeAndCorner\"
@@ -50,7 +53,8 @@ fn ordinary_exports_are_quiet() {
         def Material \"plain\" {{ token outputs:surface.connect = </plain/s.outputs:surface>
             def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" token outputs:surface }} }}
         def DomeLight \"d\" {{ token inputs:texture:format = \"latlong\" }}
-        def Camera \"k\" {{ float4[] clippingPlanes = [] float2 clippingRange = (0.1, 100) token projection = \"perspective\" float exposure:time = 1 }}
+        def Camera \"k\" {{ float4[] clippingPlanes = [] float2 clippingRange = (0.1, 100)
+            token projection = \"perspective\" float exposure:time = 1 }}
         def Scope \"s\" {{}} def Skeleton \"bones\" {{}} def HoudiniLayerInfo \"h\" {{}}",
         quiet.replace("uniform token wrap = \"nonperiodic\"", "")
     );
@@ -90,7 +94,8 @@ fn readers_of_all_schemas_know_their_properties() {
         def Camera \"eye\" {}
         def Scope \"Render\" { def RenderSettings \"settings\" { rel camera = </eye> rel products = </Render/beauty>
                 uniform int2 resolution = (4, 2) uniform token[] materialBindingPurposes = [\"full\", \"allPurpose\"] }
-            def RenderProduct \"beauty\" { uniform int2 resolution = (2, 1) token productName = \"a.exr\" rel orderedVars } }";
+            def RenderProduct \"beauty\" { uniform int2 resolution = (2, 1) token productName = \"a.exr\"
+                rel orderedVars } }";
     assert_eq!(said(&scene(body).1), "");
     let others = body
         .replace("double radius", "float newSize = 1 double radius")

@@ -14,7 +14,8 @@ fn whole_numbers_in_samples_are_read_as_real_ones() {
     };
     for kind in ["half", "float", "double"] {
         let turn = format!(
-            "def Xform \"t\" {{ {kind} xformOp:rotateZ.timeSamples = {{ 1: 0, 3: 180 }} uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]
+            "def Xform \"t\" {{ {kind} xformOp:rotateZ.timeSamples = {{ 1: 0, 3: 180 }}
+                uniform token[] xformOpOrder = [\"xformOp:rotateZ\"]
                 def BasisCurves \"c\" {{ {FOUR} }} }}"
         );
         assert!((at(&turn, 2.0).strands[0].points[3].y - 3.0).abs() < 1e-5, "{kind}");
@@ -30,7 +31,8 @@ fn whole_numbers_in_samples_are_read_as_real_ones() {
         );
         assert_eq!(at(&shift, 2.0).strands[0].points[0].truncate().to_array(), [1.0, 2.0, 3.0], "{kind}");
     }
-    let lit = format!("def BasisCurves \"c\" {{ {FOUR} }} def DomeLight \"l\" {{ float inputs:intensity.timeSamples = {{ 1: 1, 3: 3, }} }}
+    let lit = format!("def BasisCurves \"c\" {{ {FOUR} }} def DomeLight \"l\" {{
+        float inputs:intensity.timeSamples = {{ 1: 1, 3: 3, }} }}
         def Camera \"k\" {{ float focalLength.timeSamples = {{ 3: 30, 1: 10 }} float horizontalAperture = 20 }}");
     let scene = at(&lit, 2.0);
     assert!(matches!(scene.lights[0], vellus_scene::Light::Dome { radiance: [2.0, 2.0, 2.0], .. }));
@@ -50,7 +52,8 @@ fn binary_layers_may_refer_to_default_prims() {
 fn expressions_do_not_refuse_a_layer() {
     let (_, warnings) = scene(&format!(
         "def BasisCurves \"c\" {{ {FOUR} }}
-        def DomeLight \"l\" {{ pathExpression collection:lightLink:membershipExpression = \"//\" pathExpression[] more = [\"//\"] }}"
+        def DomeLight \"l\" {{ pathExpression collection:lightLink:membershipExpression = \"//\"
+            pathExpression[] more = [\"//\"] }}"
     ));
     let said = said(&warnings);
     assert!(said.contains("collection:lightLink is not read, and has all prims: an expression defines it"), "{said}");
@@ -99,7 +102,8 @@ fn files_may_be_named_by_strings() {
     let material = "#usda 1.0\ndef Material \"m\" { token outputs:surface.connect = </m/s.outputs:surface>
         def Shader \"s\" { uniform token info:id = \"VellusFur\" color3f inputs:reflectance.connect = </m/t.outputs:rgb>
             token outputs:surface }
-        def Shader \"t\" { uniform token info:id = \"UsdUVTexture\" string inputs:file = \"a.png\" float3 outputs:rgb } }";
+        def Shader \"t\" { uniform token info:id = \"UsdUVTexture\" string inputs:file = \"a.png\"
+            float3 outputs:rgb } }";
     std::fs::write(folder.path().join("look/m.usda"), material).unwrap();
     let top = format!(
         "#usda 1.0\ndef \"m\" ( references = @look/m.usda@</m> ) {{}}
