@@ -61,8 +61,11 @@ fn prims_that_cannot_be_read_are_left_out() {
             "/bad: xformOp:translate must be finite: it and what is in it are left out",
         ),
         ("def Sphere \"bad\" { double radius = -1 }", "/bad: its size must be finite and not negative"),
-        ("def SphereLight \"bad\" { float inputs:diffuse = -1
-            rel collection:lightLink:excludes = </c> }", "/bad: inputs:d"),
+        (
+            "def SphereLight \"bad\" { float inputs:diffuse = -1
+            rel collection:lightLink:excludes = </c> }",
+            "/bad: inputs:d",
+        ),
         ("def RenderSettings \"bad\" { uniform token resolution = \"big\" }", "/bad: resolution must be"),
         ("def PointInstancer \"bad\" { point3f[] positions = [(0,0,0)] }", "/bad: protoIndices has 0 values"),
     ] {

@@ -31,9 +31,11 @@ fn whole_numbers_in_samples_are_read_as_real_ones() {
         );
         assert_eq!(at(&shift, 2.0).strands[0].points[0].truncate().to_array(), [1.0, 2.0, 3.0], "{kind}");
     }
-    let lit = format!("def BasisCurves \"c\" {{ {FOUR} }} def DomeLight \"l\" {{
+    let lit = format!(
+        "def BasisCurves \"c\" {{ {FOUR} }} def DomeLight \"l\" {{
         float inputs:intensity.timeSamples = {{ 1: 1, 3: 3, }} }}
-        def Camera \"k\" {{ float focalLength.timeSamples = {{ 3: 30, 1: 10 }} float horizontalAperture = 20 }}");
+        def Camera \"k\" {{ float focalLength.timeSamples = {{ 3: 30, 1: 10 }} float horizontalAperture = 20 }}"
+    );
     let scene = at(&lit, 2.0);
     assert!(matches!(scene.lights[0], vellus_scene::Light::Dome { radiance: [2.0, 2.0, 2.0], .. }));
     assert_eq!(scene.camera.unwrap().film_width, 1.0);
