@@ -77,8 +77,8 @@ impl VellusParameters {
         let exits = [(VellusExit::Open, Exit::Open), (VellusExit::Reflecting, Exit::Reflecting)];
         let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
-        let medulla_pigment = self.medulla_pigment;
-        Ok(Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment })
+        let (medulla_pigment, reflectance) = (self.medulla_pigment, None);
+        Ok(Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment, reflectance })
     }
 }
 

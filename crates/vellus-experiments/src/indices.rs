@@ -33,6 +33,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         layers: 0.5,
         exit: Exit::Open,
         medulla_pigment: 0.3,
+        reflectance: None,
     };
     let methods: [(Method, &str); 3] = [
         (Method { name: "2015, indices 1.45 and 1.0", key: "two", eta_m: Some(1.0), ..YAN2015 }, "two"),

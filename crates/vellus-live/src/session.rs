@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
-use vellus::{Fiber, FiberBuilder};
+use vellus::Fiber;
 use vellus_models::ModelKind;
 use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
@@ -278,12 +278,13 @@ impl Session {
     }
 
     fn set_fiber(&mut self, index: usize, fiber: Value) -> Result<Effect, String> {
-        let builder: FiberBuilder = serde_json::from_value(fiber).map_err(|error| error.to_string())?;
+        let builder = vellus_views::builder(&fiber)?;
         let fiber = builder.build().map_err(|error| error.to_string())?;
         let mut looks = self.now.looks.clone();
         let (look, coat) = looks.get_mut(index).ok_or("the look does not exist")?;
         // A new colour replaces the pattern of the scene. Other parameters keep it.
-        let recolored = fiber.sigma_ca != look.fiber.sigma_ca;
+        let colors = |fiber: &Fiber| (fiber.sigma_ca, fiber.reflectance);
+        let recolored = colors(&fiber) != colors(&look.fiber);
         coat.pattern &= !recolored;
         if recolored {
             look.textured.retain(|(parameter, _)| !parameter.is_color());

@@ -45,12 +45,16 @@ fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
 /// Adds all parameters of a fibre to a digest.
 fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     // There is no `..` here, so a parameter that is added later must be added here.
-    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment } =
+    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment, reflectance } =
         *fiber;
     let [scalars, colors] = [
         &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, medulla_pigment][..],
         &[sigma_ca, sigma_ma].concat(),
     ]
     .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
-    builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name())
+    let builder = builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name());
+    match reflectance {
+        Some(color) => builder.field("reflectance", color.map(f32::to_le_bytes).concat()),
+        None => builder,
+    }
 }

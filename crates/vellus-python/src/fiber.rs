@@ -300,15 +300,14 @@ impl Fiber {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let py = slf.py();
         let make = slf.get_type().getattr("_from_state")?;
-        let state = slf.get().state().map(f64::from);
-        Ok((
-            make,
-            PyTuple::new(py, [state.into_pyobject(py)?.into_any(), slf.get().exit().into_pyobject(py)?.into_any()])?,
-        ))
+        let (state, exit) = (slf.get().state().map(f64::from).into_pyobject(py)?, slf.get().exit().into_pyobject(py)?);
+        let reflectance = slf.get().0.reflectance.into_pyobject(py)?;
+        Ok((make, PyTuple::new(py, [state.into_any(), exit.into_any(), reflectance.into_any()])?))
     }
 
     #[staticmethod]
-    fn _from_state(state: [f64; 15], exit: &str) -> PyResult<Self> {
+    #[pyo3(signature = (state, exit, reflectance = None))]
+    fn _from_state(state: [f64; 15], exit: &str, reflectance: Option<[f32; 3]>) -> PyResult<Self> {
         let state = state.map(|x| x as f32);
         let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] =
             state;
@@ -325,6 +324,7 @@ impl Fiber {
             layers,
             exit: exit.parse::<Exit>().map_err(value)?,
             medulla_pigment,
+            reflectance,
         };
         fiber.validate().map_err(value)?;
         Ok(Fiber(fiber))
@@ -357,6 +357,7 @@ impl Fiber {
             (value + 0.0).to_bits().hash(&mut hasher);
         }
         self.0.exit.hash(&mut hasher);
+        self.0.reflectance.map(|color| color.map(f32::to_bits)).hash(&mut hasher);
         hasher.finish()
     }
 

@@ -5,6 +5,7 @@ use crate::geometry::instances::Hit;
 use crate::integrator::settings::Settings;
 use crate::light::Lights;
 use crate::shading::colors;
+use crate::shown::Reflectance;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use vellus::{Fiber, FiberFrame, Parameter};
@@ -82,6 +83,7 @@ impl World {
         let swap = |(set, varying)| (set, std::mem::replace(curves.varying_mut(set), varying));
         let before = varying.into_iter().map(swap).collect();
         self.geometry.looks = looks;
+        self.resolve();
         self.update_colors();
         Ok(before)
     }
@@ -118,6 +120,8 @@ impl World {
         }
         self.geometry.curves = curves;
         self.geometry.set_view(self.geometry.view);
+        self.geometry.reflectance = Reflectance::Dense;
+        self.resolve();
         self.update_colors();
         Ok(())
     }

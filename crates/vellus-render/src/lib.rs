@@ -51,7 +51,7 @@
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.
-pub const PICTURE_VERSION: u32 = 8;
+pub const PICTURE_VERSION: u32 = 9;
 
 #[cfg(feature = "denoise")]
 pub mod denoise;
@@ -65,6 +65,7 @@ pub mod packed;
 mod render;
 pub mod session;
 mod shading;
+mod shown;
 mod simplify;
 pub mod tev;
 mod widen;

@@ -12,8 +12,9 @@ use crate::light::background::Background;
 use crate::light::{Lighting, Lights};
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
+use crate::shown::{self, Reflectance, Shown};
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Camera, Error, Light, Scene, Strands};
+use vellus_scene::{Camera, Error, Light, ReflectanceOf, Scene, Strands};
 
 /// A scene prepared for rays: hierarchies over its strands and meshes, distributions over its lights, and a reflectance
 /// model for each of its fibres.
@@ -25,6 +26,8 @@ pub struct World {
     group_names: Vec<String>,
     pub(crate) fibers: Box<dyn Trace>,
     pub(crate) lighting: Lighting,
+    /// Whether the coats show the reflectances that are asked for.
+    shows: bool,
 }
 
 impl std::fmt::Debug for World {
@@ -61,7 +64,6 @@ impl World {
         make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
     ) -> Result<Self, Error> {
         scene.validate()?;
-        let fibers = Box::new(Fibers::new(scene.all_strands(), &scene.looks, make)?);
         let camera = scene.camera.or_else(|| scene.framing(1.5));
         let (Some((low, high)), Some(camera)) = (scene.bounds(), camera) else {
             let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
@@ -91,7 +93,7 @@ impl World {
         let instances = Instances::new(scene.prototypes, &scene.instances, own, count);
         let lights = Lights::new(&lights, &lighting, &scene.textures);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
-        let geometry = Geometry {
+        let mut geometry = Geometry {
             is_simplified: instances.is_simplified(),
             moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),
             curves,
@@ -104,11 +106,17 @@ impl World {
             emission_group: groups.of_emission,
             strands_before,
             looks: scene.looks,
+            reflectance: Reflectance::Dense,
             colors,
             surfaces: scene.surfaces,
             textures: scene.textures,
         };
-        Ok(World { geometry, group_names: groups.names, fibers, lighting })
+        let shows = scene.reflectance == ReflectanceOf::Groom;
+        if shows {
+            shown::resolve(&mut geometry);
+        }
+        let fibers = Box::new(Fibers::new(geometry.all_strands(), &geometry.looks, make)?);
+        Ok(World { geometry, group_names: groups.names, fibers, lighting, shows })
     }
 
     /// Replaces the reflectance model of the fibres: see [`World::with_model`].
@@ -121,6 +129,22 @@ impl World {
     ) -> Result<(), Error> {
         self.fibers = Box::new(Fibers::new(self.geometry.all_strands(), &self.geometry.looks, make)?);
         Ok(())
+    }
+
+    /// Gives the looks the pigment with which the coats show the reflectances that are asked for. Coats are measured
+    /// when the first reflectance is asked for, and again after a change of the strands.
+    pub(crate) fn resolve(&mut self) {
+        if self.shows {
+            shown::resolve(&mut self.geometry);
+        }
+    }
+
+    /// What the look of an index shows for a reflectance. `None` if nobody asks for one, or if the look is hardly seen.
+    pub fn shown(&self, look: usize) -> Option<&Shown> {
+        match &self.geometry.reflectance {
+            Reflectance::Shown(all) => all.get(look)?.as_ref(),
+            _ => None,
+        }
     }
 
     /// Replaces the camera.

@@ -53,7 +53,7 @@ pub use error::Error;
 pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Shaping};
 pub use link::{Link, MAX_LINKED, Objects};
-pub use look::{Look, Value};
+pub use look::{Look, ReflectanceOf, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use polygon::triangulate;
 pub use scene::Scene;

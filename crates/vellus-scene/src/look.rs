@@ -13,6 +13,17 @@ pub struct Value {
     pub scale: [f32; 3],
 }
 
+/// What a reflectance is, as somebody asks for it: see [`Fiber::reflectance`] and `reflectance` in
+/// [`Strands::varying`](crate::Strands::varying) and in textures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReflectanceOf {
+    /// The colour that this groom shows in white light, with its depth and its skin. The renderer measures it.
+    #[default]
+    Groom,
+    /// The colour of a dense coat of the same fibres: see [`vellus::CoatColors`].
+    Dense,
+}
+
 /// The look of a kind of fibre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {

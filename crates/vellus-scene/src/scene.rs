@@ -5,7 +5,7 @@ use crate::error::{Error, invalid};
 use crate::instances::{Instance, Prototype};
 use crate::light::{Light, Shaping};
 use crate::link::{Link, MAX_LINKED};
-use crate::look::Look;
+use crate::look::{Look, ReflectanceOf};
 use crate::mesh::{Mesh, Surface, Tint};
 use crate::strands::Strands;
 use crate::texture::Texture;
@@ -25,6 +25,8 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Looks of strands: [`Strands::look`] is an index.
     pub looks: Vec<Look>,
+    /// What the reflectances of looks and strands mean.
+    pub reflectance: ReflectanceOf,
     /// Surfaces of meshes: [`Mesh::surface`] is an index.
     pub surfaces: Vec<Surface>,
     /// Images for colours and lights.

@@ -35,6 +35,7 @@ mod section;
 mod wasm;
 
 pub use files::FILES;
+pub use request::builder;
 
 use request::Request;
 use serde_json::{Value, json};

@@ -44,8 +44,9 @@ fn title(species: Species) -> String {
 fn fiber_value(fiber: &Fiber) -> Result<Value, String> {
     let mut value = serde_json::to_value(fiber).map_err(|e| format!("fiber: {e}"))?;
     for parameter in Parameter::ALL {
-        if let (None, Some([x, ..])) = (value.get(parameter.name()), parameter.get(fiber)) {
-            value[parameter.name()] = json!(parameter.unit().from_stored(x));
+        if let (None, Some(stored)) = (value.get(parameter.name()), parameter.get(fiber)) {
+            let numbers = stored.map(|x| parameter.unit().from_stored(x));
+            value[parameter.name()] = if parameter.channels() == 3 { json!(numbers) } else { json!(numbers[0]) };
         }
     }
     Ok(value)

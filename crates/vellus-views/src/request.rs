@@ -3,10 +3,22 @@
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use vellus::glam::Vec3;
-use vellus::{Bcsdf, FiberBuilder, Window, direction};
+use vellus::{Bcsdf, FiberBuilder, Parameter, Window, direction};
 
 /// The largest inclination, in degrees. At 90° the light runs along the fibre and never meets it.
 const STEEPEST: f64 = 89.0;
+
+/// The builder of a fibre that a page sends. With a reflectance, the absorption beside it does not count.
+///
+/// # Errors
+/// What is wrong with the fibre.
+pub fn builder(fiber: &Value) -> Result<FiberBuilder, String> {
+    let mut fiber = fiber.clone();
+    if let Some(fields) = fiber.as_object_mut().filter(|fields| fields.contains_key(Parameter::Reflectance.name())) {
+        [Parameter::SigmaCa, Parameter::SigmaMa].map(|parameter| fields.remove(parameter.name()));
+    }
+    FiberBuilder::deserialize(fiber).map_err(|e| format!("fiber: {e}"))
+}
 
 /// A request: an object with the field `ask` and others.
 pub struct Request(Map<String, Value>);
@@ -42,7 +54,7 @@ impl Request {
     /// The fibre and the colours given for it. [`vellus::Fiber::hair`] without one.
     pub fn builder(&self) -> Result<FiberBuilder, String> {
         match self.field("fiber") {
-            Some(fiber) => FiberBuilder::deserialize(fiber).map_err(|e| format!("fiber: {e}")),
+            Some(fiber) => builder(fiber),
             None => Ok(FiberBuilder::default()),
         }
     }

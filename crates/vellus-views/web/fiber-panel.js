@@ -259,6 +259,8 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     else if (linked.get(row.key)?.checked) values.fill(value);
     else values[channel] = value;
     const changed = { ...active().fiber, [row.key]: row.channels.length ? values : values[0] };
+    // Absorption by hand replaces the reflectance that it came from.
+    if (row.key === "sigma_ca" || row.key === "sigma_ma") delete changed.reflectance;
     change({ fiber: changed, preset: "", note: null }, done);
   }
 

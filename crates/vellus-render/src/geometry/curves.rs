@@ -264,6 +264,13 @@ impl Curves {
         })
     }
 
+    /// A sphere around the control points: its centre and radius. `None` without strands.
+    pub(crate) fn sphere(&self) -> Option<(Vec3, f32)> {
+        let points = self.strands.iter().flat_map(|set| &set.points).map(|point| point.truncate());
+        let (low, high) = points.fold(EMPTY, |bounds, p| join(bounds, (p, p)));
+        (low.x <= high.x).then(|| (0.5 * (low + high), (0.5 * (high - low).length()).max(f32::MIN_POSITIVE)))
+    }
+
     /// The motion of the fibre's axis at a hit while the shutter is open.
     pub fn movement(&self, hit: &CurveHit) -> Vec3 {
         let first = self.offsets[hit.set] + hit.point as u32;

@@ -174,6 +174,13 @@ impl Instances {
         self.objects.iter().flat_map(|object| object.curves.strands())
     }
 
+    /// A sphere around the strands of an instance: its centre and radius. `None` without strands.
+    pub fn fur_sphere(&self, instance: usize) -> Option<(Vec3, f32)> {
+        let placed = &self.placed[instance];
+        let (centre, radius) = self.objects[placed.usual_object()].curves.sphere()?;
+        Some((placed.to_world.transform_point3(centre), radius * placed.scale))
+    }
+
     /// The meshes of all prototypes.
     pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
         self.objects.iter().flat_map(|object| object.triangles.meshes())

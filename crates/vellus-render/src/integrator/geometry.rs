@@ -9,8 +9,9 @@ use crate::light::Lights;
 use crate::light::background::Background;
 use crate::shading::colors;
 use crate::shading::surface::Scatter;
+use crate::shown::Reflectance;
 use glam::{Vec2, Vec3};
-use vellus::{CoatColors, Fiber};
+use vellus::{CoatColors, Fiber, Parameter};
 use vellus_scene::{Basis, Look, Mesh, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
@@ -32,6 +33,8 @@ pub struct Geometry {
     /// The number of strands in the sets before each set. The sets of a prototype are counted from 0.
     pub strands_before: Vec<u32>,
     pub looks: Vec<Look>,
+    /// What a reflectance means for each look.
+    pub reflectance: Reflectance,
     /// For each set of strands, the table of its colours, if it needs one.
     pub colors: Vec<Option<CoatColors>>,
     pub surfaces: Vec<Surface>,
@@ -151,12 +154,19 @@ impl Geometry {
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;
         let table = self.colors[set].as_ref();
+        let mut replace = |parameter: Parameter, value| {
+            let value = match parameter {
+                Parameter::Reflectance => self.reflectance.dense(strands.look, value),
+                _ => value,
+            };
+            colors::set(&mut fiber, parameter, value, table);
+        };
         let uv = strands.root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[strand]);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
             // Textures have angles in degrees, like files.
             let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
-            colors::set(&mut fiber, *parameter, product, table);
+            replace(*parameter, product);
         }
         for (parameter, values) in &strands.varying {
             let value = match values {
@@ -164,7 +174,7 @@ impl Geometry {
                 Values::PerStrand(values) => values[strand],
                 Values::PerPoint(values) => at_point(values),
             };
-            colors::set(&mut fiber, *parameter, value, table);
+            replace(*parameter, value);
         }
         fiber
     }

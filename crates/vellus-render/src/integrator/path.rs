@@ -191,10 +191,7 @@ pub(crate) fn trace<M: Model>(
 ) -> Seen {
     let Shared { settings, layout, indirect } = shared;
     values.fill(0.0);
-    let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
-    let u = sampler.next();
-    let [time, detail, ..] = if geometry.moves || geometry.is_simplified { sampler.next() } else { [0.0; 4] };
-    let mut ray = Ray { detail, ..geometry.view.ray(settings.size, pixel, settings.filter, u, time) };
+    let (mut sampler, u, mut ray) = camera_ray(geometry, settings, pixel, index);
     let mut path = Path {
         geometry,
         settings,
@@ -294,6 +291,20 @@ pub(crate) fn trace<M: Model>(
         record.end(&path.values[channels(layout)]);
     }
     Seen { strand: path.strand, thing, rays: path.rays, cut, removed: path.removed, record }
+}
+
+/// The camera ray of a sample, with the numbers that chose its place in the pixel and on the lens. The random numbers of
+/// the path follow.
+pub(crate) fn camera_ray(
+    geometry: &Geometry,
+    settings: &Settings,
+    pixel: [usize; 2],
+    index: u64,
+) -> (Sampler, [f32; 4], Ray) {
+    let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
+    let u = sampler.next();
+    let [time, detail, ..] = if geometry.moves || geometry.is_simplified { sampler.next() } else { [0.0; 4] };
+    (sampler, u, Ray { detail, ..geometry.view.ray(settings.size, pixel, settings.filter, u, time) })
 }
 
 /// The angle over which a direction with this density per solid angle spreads: the width of a box with the same

@@ -22,10 +22,7 @@ pub(crate) fn look(out: &mut dyn Encoder, look: &Look, names: &mut Names) -> io:
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let kind = if parameter.channels() > 1 { "color3f" } else { "float" };
-        // The fibre stores the absorption, however its colour was given.
-        let is_default =
-            parameter == Parameter::MedullaPigment && parameter.get(&look.fiber) == parameter.default_value();
-        if let Some(value) = parameter.get(&look.fiber).filter(|_| !is_default) {
+        if let Some(value) = parameter.get(&look.fiber).filter(|_| parameter.describes(&look.fiber)) {
             let value = to_file(parameter, value);
             let value: &dyn Value = if parameter.channels() > 1 { &value } else { &value[0] };
             out.set(&format!("{kind} {name}"), value)?;

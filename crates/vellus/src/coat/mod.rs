@@ -131,6 +131,7 @@ impl Fiber {
     /// in the medulla, at most 1000. RGB, per fibre radius. The values are not checked here.
     pub fn with_pigment(self, sigma_ca: [f32; 3]) -> Self {
         let [_, most] = Parameter::SigmaMa.range().ends();
-        Fiber { sigma_ca, sigma_ma: sigma_ca.map(|sigma| (self.medulla_pigment * sigma).min(most)), ..self }
+        let sigma_ma = sigma_ca.map(|sigma| (self.medulla_pigment * sigma).min(most));
+        Fiber { sigma_ca, sigma_ma, reflectance: None, ..self }
     }
 }

@@ -120,9 +120,13 @@ impl FiberBuilder {
     /// # Errors
     /// [`Error::ColorTwice`] for a second colour, [`Error::OutOfRange`] for a value out of range.
     pub fn build(&self) -> Result<Fiber, Error> {
-        self.color()?;
+        let recolored = self.color()?.is_some();
         let mut fiber = Fiber { exit: self.exit.unwrap_or(self.base.exit), ..self.base };
         self.given().try_for_each(|(parameter, value)| parameter.set(&mut fiber, value))?;
+        // The base keeps its colour if other parameters change.
+        if let (Some(color), false) = (fiber.reflectance, recolored || *self == FiberBuilder::new(self.base)) {
+            Parameter::Reflectance.set(&mut fiber, color)?;
+        }
         fiber.validate()?;
         Ok(fiber)
     }

@@ -51,7 +51,7 @@ impl Color {
             Color::Melanin { eumelanin, pheomelanin } => fiber.with_pigment(melanin(eumelanin, pheomelanin)),
             Color::Reflectance(color) => {
                 let colors = CoatColors::new(&fiber)?;
-                fiber.with_pigment(color.map(|c| colors.absorption(c)))
+                Fiber { reflectance: Some(color), ..fiber.with_pigment(color.map(|c| colors.absorption(c))) }
             }
             Color::HairReflectance(color) => {
                 Parameter::BetaN.check([fiber.beta_n; 3])?;

@@ -65,6 +65,12 @@ pub struct Fiber {
     /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
     /// as melanin. The scattering of light does not depend on it.
     pub medulla_pigment: f32,
+    /// The reflectance that the absorption comes from, as it was asked for, RGB in [0.001, 0.999]. `None` if the
+    /// absorption was given in another way.
+    ///
+    /// The scattering of light does not depend on it. The absorption is that of a dense coat ([`Color::Reflectance`]). A
+    /// renderer that knows the groom may replace it. Who sets [`Fiber::sigma_ca`] by hand should set this to `None`.
+    pub reflectance: Option<[f32; 3]>,
 }
 
 /// The default of [`Fiber::medulla_pigment`]: the median of σ_m,a / σ_c,a of the ten presets is 0.30.
@@ -111,13 +117,14 @@ impl Fiber {
             layers: 0.5,
             exit: Exit::default(),
             medulla_pigment: MEDULLA_PIGMENT,
+            reflectance: None,
         }
     }
 
     /// The same fibre with the given absorption of the cortex, RGB, per fibre radius, in [0, 1000]. The value is not
     /// checked here.
     pub fn with_absorption(self, sigma_ca: [f32; 3]) -> Self {
-        Fiber { sigma_ca, ..self }
+        Fiber { sigma_ca, reflectance: None, ..self }
     }
 
     /// The same fibre with a colour.
@@ -147,7 +154,7 @@ impl Fiber {
 
     /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.
     pub fn without_absorption(self) -> Self {
-        Fiber { sigma_ca: [0.0; 3], sigma_ma: [0.0; 3], ..self }
+        Fiber { sigma_ca: [0.0; 3], sigma_ma: [0.0; 3], reflectance: None, ..self }
     }
 
     /// Checks every parameter.

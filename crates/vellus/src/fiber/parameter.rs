@@ -281,7 +281,8 @@ impl Parameter {
     }
 
     /// The value in a fibre, in the fibre's units (radians). A single number is repeated in all channels. `None` for
-    /// the three parameters that a fibre does not store.
+    /// melanin and [`Parameter::HairReflectance`], which a fibre does not store, and for a reflectance that was not
+    /// given.
     pub fn get(self, fiber: &Fiber) -> Option<[f32; 3]> {
         Some(match self {
             Parameter::Kappa => [fiber.kappa; 3],
@@ -295,8 +296,20 @@ impl Parameter {
             Parameter::G => [fiber.g; 3],
             Parameter::Layers => [fiber.layers; 3],
             Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
-            Parameter::Reflectance | Parameter::Melanin | Parameter::HairReflectance => return None,
+            Parameter::Reflectance => return fiber.reflectance,
+            Parameter::Melanin | Parameter::HairReflectance => return None,
         })
+    }
+
+    /// Whether a file needs the parameter to describe a fibre: it is stored, and does not follow from the others. With
+    /// a [`Fiber::reflectance`] the absorption follows from it.
+    pub fn describes(self, fiber: &Fiber) -> bool {
+        match self {
+            Parameter::SigmaCa | Parameter::SigmaMa => fiber.reflectance.is_none(),
+            // The scattering does not depend on it, so it is written only if it was given.
+            Parameter::MedullaPigment => self.get(fiber) != self.default_value(),
+            _ => self.get(fiber).is_some(),
+        }
     }
 
     /// Sets the value in a fibre, in the fibre's units (radians). A single number comes from the first channel,
@@ -326,9 +339,9 @@ impl Parameter {
             Parameter::Alpha => fiber.alpha = x,
             Parameter::BetaM => fiber.beta_m = x,
             Parameter::BetaN => fiber.beta_n = x,
-            Parameter::SigmaCa => fiber.sigma_ca = value,
+            Parameter::SigmaCa => *fiber = fiber.with_absorption(value),
             Parameter::SigmaMs => fiber.sigma_ms = x,
-            Parameter::SigmaMa => fiber.sigma_ma = value,
+            Parameter::SigmaMa => *fiber = Fiber { sigma_ma: value, reflectance: None, ..*fiber },
             Parameter::G => fiber.g = x,
             Parameter::Layers => fiber.layers = x,
             Parameter::MedullaPigment => fiber.medulla_pigment = x,

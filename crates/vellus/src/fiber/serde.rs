@@ -83,10 +83,8 @@ fn degrees(radians: f32) -> f32 {
 impl Serialize for Fiber {
     /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let stored = Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value)));
-        // The scattering does not depend on it, so it is written only if it was given.
-        let given = |(p, value): &(Parameter, _)| *p != Parameter::MedullaPigment || p.default_value() != Some(*value);
-        let stored: Vec<_> = stored.filter(given).collect();
+        let describing = Parameter::ALL.into_iter().filter(|p| p.describes(self));
+        let stored: Vec<_> = describing.filter_map(|p| p.get(self).map(|value| (p, value))).collect();
         let mut map = serializer.serialize_map(Some(stored.len() + 1))?;
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;

@@ -118,6 +118,7 @@ impl Species {
             layers,
             exit: Exit::Open,
             medulla_pigment: MEDULLA_PIGMENT,
+            reflectance: None,
         }
     }
 }
