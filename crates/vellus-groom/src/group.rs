@@ -5,6 +5,7 @@ use crate::argument;
 use crate::{Clump, Error, GrowSettings};
 use glam::Vec3;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vellus_scene::Basis;
 
@@ -12,8 +13,9 @@ use vellus_scene::Basis;
 const COUNT: f64 = 100_000.0;
 /// Default length, as a share of the square root of the area.
 const LENGTH: f64 = 0.035;
-/// Default width: it lets strands that lie side by side cover the area this many times.
-const COVER: f64 = 1.6;
+/// Default width: so wide, the default number of strands would cover the area this many times if they lay side by side.
+/// They overlap and form clumps, and hide about 98 % of the skin.
+const COVER: f64 = 6.0;
 
 /// The largest settings file: 16 MiB.
 const MAX_SETTINGS_BYTES: u64 = 16 << 20;
@@ -32,6 +34,10 @@ pub struct Group {
     /// The fibre: a preset or a file.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub fiber: Option<PathBuf>,
+    /// Parameters of the fibre by name, such as `{ reflectance = "ginger", kappa = 0.5 }`.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[serde(default)]
+    pub set: BTreeMap<String, toml::Value>,
     /// Strands per square unit of the mesh; above 0.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", conflicts_with = "count"))]
     pub density: Option<f32>,
@@ -50,8 +56,8 @@ pub struct Group {
     /// Image that multiplies the length, at the uv of the mesh; nothing grows where it is 0.
     #[cfg_attr(feature = "clap", arg(long, value_name = "IMAGE"))]
     pub length_map: Option<PathBuf>,
-    /// Width (diameter) at the root, in units of the mesh; 0 or more [default: such that the strands' area is 1.6 times
-    /// that of the mesh; they overlap, so some skin shows].
+    /// Width (diameter) at the root, in units of the mesh; 0 or more [default: 100,000 strands of it hide 98 % of the
+    /// skin].
     #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
     pub width: Option<f32>,
     /// Random variation of the width, as a share of it; [0, 1) [default: 0.15].
@@ -228,6 +234,7 @@ impl Group {
             count,
             name: self.name.or(other.name),
             fiber: self.fiber.or(other.fiber),
+            set: if self.set.is_empty() { other.set } else { self.set },
             density_map: self.density_map.or(other.density_map),
             length: self.length.or(other.length),
             length_variation: self.length_variation.or(other.length_variation),
@@ -253,6 +260,19 @@ impl Group {
             guard_width: self.guard_width.or(other.guard_width),
             color: self.color.or(other.color),
         }
+    }
+
+    /// [`Group::set`] as `NAME=VALUE`, with `R,G,B` for arrays.
+    pub fn settings_of_fiber(&self) -> Vec<String> {
+        let text = |value: &toml::Value| match value {
+            toml::Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        let value = |value: &toml::Value| match value {
+            toml::Value::Array(values) => values.iter().map(text).collect::<Vec<_>>().join(","),
+            one => text(one),
+        };
+        self.set.iter().map(|(name, of)| format!("{name}={}", value(of))).collect()
     }
 
     /// Its name.
@@ -308,7 +328,8 @@ impl Group {
         }
         let length = positive("length", self.length, (LENGTH * ground.area.sqrt()) as f32)?;
         let taper = unit("taper", self.taper, 0.75)?;
-        let cover = COVER / ground.groups as f64 * ground.area / (count * f64::from(length * (1.0 - 0.5 * taper)));
+        // The width does not depend on the number of strands: more of them are denser fur.
+        let cover = COVER * ground.area / (COUNT * f64::from(length * (1.0 - 0.5 * taper)));
         let width = not_negative("width", self.width, (cover as f32).min(0.1 * length))?;
         let lift = degrees("lift", self.lift, 50.0, |x| x.abs() <= 90.0, "in [-90, 90] degrees")?;
         let bend = degrees("bend", self.bend, 30.0, |x| x.abs() <= 180.0, "in [-180, 180] degrees")?;

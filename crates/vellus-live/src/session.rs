@@ -75,7 +75,7 @@ impl Session {
     /// Prepares an opened scene.
     pub fn new(name: String, opened: Opened) -> Result<Self, vellus_scene::Error> {
         let Opened { scene, is_metered, warnings, .. } = opened;
-        let warnings = Warning::lines(&warnings);
+        let mut warnings = Warning::lines(&warnings);
         let source = Arc::new(scene.strands.clone());
         let own = scene.strands.iter().map(|strands| strands.varying.clone()).collect();
         let (low, high) = scene.bounds().unwrap_or_default();
@@ -89,6 +89,7 @@ impl Session {
             groom: Groom::default(),
         };
         let world = now.model.world(scene)?;
+        warnings.extend(world.unreached());
         let size = world.camera().size(LONGER).map(|side| side.max(MIN_SIDE));
         let mut session = Session {
             orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),

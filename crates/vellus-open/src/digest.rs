@@ -4,6 +4,7 @@ use crate::{Format, Options, Recolor};
 use std::path::Path;
 use vellus::Fiber;
 use vellus_io::DigestBuilder;
+use vellus_scene::ReflectanceOf;
 
 /// Adds everything that identifies a scene to a digest, except for the bytes of its files: see
 /// [`Opened::sources`](crate::Opened::sources).
@@ -27,6 +28,10 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
     let builder = match &options.staging {
         Some(staging) => staging.identify(builder, built_in.is_some()),
         None => builder,
+    };
+    let builder = match options.reflectance_of {
+        ReflectanceOf::Groom => builder,
+        ReflectanceOf::Dense => builder.field("reflectance of", "dense"),
     };
     let builder = match &options.recolor {
         Some(Recolor { fiber: Some((_, fiber)), .. }) => add_fiber(builder.field("recolor", "fiber"), fiber),

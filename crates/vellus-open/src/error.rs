@@ -152,15 +152,6 @@ pub enum Warning {
         /// The width.
         width: f32,
     },
-    /// A reflectance varies over these strands, and no pigment gives some of its colours.
-    OutOfReach {
-        /// Their name.
-        strands: String,
-        /// The share of these colours, from 0 to 1.
-        share: f32,
-        /// The darkest and the brightest colour that pigment gives.
-        range: [f32; 2],
-    },
     /// Some strands of a file were left out.
     Broken {
         /// The name of the strands.
@@ -220,12 +211,6 @@ impl fmt::Display for Warning {
             Warning::SuggestedWidth { strands, width } => {
                 write!(f, "{strands} has no widths: it is rendered with --width {width}")
             }
-            Warning::OutOfReach { strands, share, range: [low, high] } => write!(
-                f,
-                "{strands}: no pigment gives {:.2} % of the reflectances: the nearest in [{low:.3}, {high:.3}] are \
-                 used",
-                100.0 * share
-            ),
             Warning::Broken { strands, broken } => write!(f, "{strands}: {broken}"),
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
             Warning::Transparent(strands) => write!(f, "{strands}: transparency is not supported: it is opaque"),

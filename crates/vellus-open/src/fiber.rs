@@ -1,5 +1,6 @@
 //! Fibres by name or file.
 
+use crate::color;
 use std::error::Error;
 use std::io;
 use std::num::ParseFloatError;
@@ -169,9 +170,18 @@ pub(crate) fn set(builder: &mut FiberBuilder, setting: &str) -> Result<(), Setti
         builder.set_exit(value.trim().parse()?);
         return Ok(());
     }
+    let name = name.trim();
     let number = |x: &str| x.trim().parse().map_err(|source| SettingError::Number { text: x.to_owned(), source });
-    let numbers = value.split(',').map(number).collect::<Result<Vec<f32>, _>>()?;
-    Ok(builder.set(name.trim(), &numbers)?)
+    let mut numbers = value.split(',').map(number).collect::<Result<Vec<f32>, _>>();
+    if [Parameter::Reflectance, Parameter::HairReflectance].iter().any(|parameter| parameter.name() == name) {
+        if numbers.is_err() {
+            numbers = Ok(color(value).map_err(SettingError::Color)?.to_vec());
+        }
+        // Black and white are colours, too. The renderer warns of what is out of reach.
+        let nearest = |x: f32| if (0.0..=1.0).contains(&x) { Parameter::Reflectance.range().nearest(x) } else { x };
+        numbers = numbers.map(|numbers| numbers.into_iter().map(nearest).collect());
+    }
+    Ok(builder.set(name, &numbers?)?)
 }
 
 /// Why a fibre cannot be read.
@@ -237,6 +247,9 @@ pub enum SettingError {
         /// Why not.
         source: ParseFloatError,
     },
+    /// A value is not a colour.
+    #[error("{0}")]
+    Color(String),
     /// The parameter is unknown, or its value is out of range.
     #[error(transparent)]
     Parameter(#[from] vellus::Error),

@@ -1,10 +1,12 @@
 //! Grows fur on the meshes of a file.
 
 use crate::mesh::is_obj;
-use crate::{Error, Warning, choose_meshes, open_coat, open_mesh};
+use crate::{Error, Warning, choose_meshes, color, open_coat, open_mesh};
 use std::path::Path;
+use std::str::FromStr;
+use vellus::Fiber;
 use vellus_groom::{Coat, Ground, Group, plant};
-use vellus_scene::{Look, Scene, Strands, Tint};
+use vellus_scene::{Look, SKIN, Scene, Strands, Surface, Tint};
 
 /// Fur that is to grow on the meshes of a file.
 ///
@@ -19,7 +21,7 @@ use vellus_scene::{Look, Scene, Strands, Tint};
 ///
 /// let look = Look::constant("red-fox", Fiber::preset(Species::RedFox));
 /// let group = Group { count: Some(100), ..Group::default() };
-/// let growth = Growth { groups: vec![(group, look)], meshes: Vec::new(), seed: 1, strands_only: false };
+/// let growth = Growth { groups: vec![(group, look)], meshes: Vec::new(), seed: 1, skin: None, strands_only: false };
 /// growth.check()?;
 /// let grown = growth.grow(&mesh, |warning| eprintln!("{warning}"))?;
 /// assert_eq!((grown.strands, grown.scene.meshes.len()), (100, 1));
@@ -33,8 +35,35 @@ pub struct Growth {
     pub meshes: Vec<String>,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// The skin under the fur. `None`: a file without colours gets [`Skin::Auto`], others keep theirs.
+    pub skin: Option<Skin>,
     /// Return only the strands that grow, without the other parts of the scene.
     pub strands_only: bool,
+}
+
+/// The colour of the meshes on which fur grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Skin {
+    /// That of the fur, darkened: see [`vellus_scene::Surface::skin`].
+    Auto,
+    /// A colour, linear RGB in [0, 1].
+    Color([f32; 3]),
+}
+
+impl FromStr for Skin {
+    type Err = String;
+
+    /// Reads `auto` or a [`color`].
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Skin::Auto);
+        }
+        let color = color(text).map_err(|error| format!("{error}, or auto"))?;
+        if !color.iter().all(|c| (0.0..=1.0).contains(c)) {
+            return Err("each channel of a skin's colour must be in [0, 1]".to_owned());
+        }
+        Ok(Skin::Color(color))
+    }
 }
 
 /// A scene with fur.
@@ -81,7 +110,9 @@ impl Growth {
             coats.push(coat);
         }
         let skin = coats.iter().find_map(|coat| coat.color.clone());
+        let fibers: Vec<Fiber> = coats.iter().map(|coat| coat.look.fiber).collect();
         let grown = plant(&mut scene, &chosen, coats, self.seed)?;
+        color_skin(&mut scene, &chosen, self.skin, &fibers);
         let (strands, segments) = (grown.iter().map(Strands::len).sum(), grown.iter().map(Strands::segments).sum());
         if self.strands_only {
             let Scene { looks, textures, units, .. } = scene;
@@ -89,10 +120,33 @@ impl Growth {
         } else {
             scene.strands.extend(grown);
             if let (true, Some(image), [surface]) = (is_obj(mesh.as_ref()), skin, &mut scene.surfaces[..]) {
-                surface.color = Tint { color: [0.5; 3], texture: Some(scene.textures.len()) };
+                surface.color = Tint { color: [SKIN; 3], texture: Some(scene.textures.len()) };
+                surface.skin = false;
                 scene.textures.push(image);
             }
         }
         Ok(Grown { scene, strands, segments })
+    }
+}
+
+/// Gives the meshes that have fur their skin. The colour of [`Skin::Auto`] is for other renderers: ours replaces it.
+fn color_skin(scene: &mut Scene, meshes: &[usize], skin: Option<Skin>, fibers: &[Fiber]) {
+    for &mesh in meshes {
+        let own = &scene.surfaces[scene.meshes[mesh].surface];
+        let skin = skin.or(own.skin.then_some(Skin::Auto));
+        let of_coat = |fiber: &Fiber| fiber.reflectance.or_else(|| fiber.coat_color().ok()).unwrap_or([0.5; 3]);
+        let (color, is_auto) = match skin {
+            None => continue,
+            Some(Skin::Color(color)) => (color, false),
+            Some(Skin::Auto) => {
+                let colors: Vec<[f32; 3]> = fibers.iter().map(of_coat).collect();
+                let mean = |c: usize| colors.iter().map(|color| color[c]).sum::<f32>() / colors.len().max(1) as f32;
+                ([0, 1, 2].map(|c| SKIN * mean(c)), true)
+            }
+        };
+        // Other meshes may share the surface.
+        let surface = Surface { color: Tint { color, texture: None }, skin: is_auto, ..own.clone() };
+        scene.meshes[mesh].surface = scene.surfaces.len();
+        scene.surfaces.push(surface);
     }
 }

@@ -18,20 +18,21 @@
 //! ```
 #![warn(clippy::print_stdout)]
 
+mod color;
 mod digest;
 mod error;
 mod fiber;
 mod grow;
 mod mesh;
-mod reach;
 mod recolor;
 mod staging;
 mod write;
 
+pub use color::color;
 pub use digest::identify;
 pub use error::{Error, Warning};
 pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
-pub use grow::{Grown, Growth};
+pub use grow::{Grown, Growth, Skin};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 pub use recolor::Recolor;
 pub use staging::{Backdrop, Lighting, Staging};
@@ -41,7 +42,7 @@ use std::path::Path;
 use vellus::Fiber;
 use vellus_groom::HairHeader;
 use vellus_io::Sources;
-use vellus_scene::{Look, Scene, Strands};
+use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
 use vellus_usd::{FALLBACK_LOOK, RenderSettings};
 
 /// Options for opening a scene.
@@ -54,6 +55,8 @@ pub struct Options {
     pub fiber: Option<(String, Fiber)>,
     /// A change of all fibres, those of the file or of the built-in scene included.
     pub recolor: Option<Recolor>,
+    /// What the reflectances of the scene mean.
+    pub reflectance_of: ReflectanceOf,
     /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
     /// such strands are an error, unless [`Options::staging`] is set: they then get
     /// [`vellus_groom::suggested_width`], and a warning.
@@ -205,7 +208,7 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
     if let Some(recolor) = &options.recolor {
         recolor.apply(&mut opened.scene)?;
     }
-    opened.warnings.extend(reach::out_of_reach(&opened.scene));
+    opened.scene.reflectance = options.reflectance_of;
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(scene)?, Format::BuiltIn(_));
         let still = still(scene, options, staging, &opened.scene)?;

@@ -87,6 +87,7 @@ pub use integrator::cache::RadianceCache;
 pub use integrator::settings::{Mode, Settings};
 pub use integrator::view::Filter;
 pub use render::Statistics;
+pub use shown::Shown;
 pub use session::Session;
 pub use simplify::{Lod, simplify};
 pub use widen::{prepare, widen};

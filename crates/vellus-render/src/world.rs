@@ -112,9 +112,7 @@ impl World {
             textures: scene.textures,
         };
         let shows = scene.reflectance == ReflectanceOf::Groom;
-        if shows {
-            shown::resolve(&mut geometry);
-        }
+        shown::resolve(&mut geometry, shows);
         let fibers = Box::new(Fibers::new(geometry.all_strands(), &geometry.looks, make)?);
         Ok(World { geometry, group_names: groups.names, fibers, lighting, shows })
     }
@@ -134,9 +132,7 @@ impl World {
     /// Gives the looks the pigment with which the coats show the reflectances that are asked for. Coats are measured
     /// when the first reflectance is asked for, and again after a change of the strands.
     pub(crate) fn resolve(&mut self) {
-        if self.shows {
-            shown::resolve(&mut self.geometry);
-        }
+        shown::resolve(&mut self.geometry, self.shows);
     }
 
     /// What the look of an index shows for a reflectance. `None` if nobody asks for one, or if the look is hardly seen.

@@ -54,7 +54,7 @@ pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Shaping};
 pub use link::{Link, MAX_LINKED, Objects};
 pub use look::{Look, ReflectanceOf, Value};
-pub use mesh::{Mesh, Surface, Tint};
+pub use mesh::{Mesh, SKIN, Surface, Tint};
 pub use polygon::triangulate;
 pub use scene::Scene;
 pub use select::Broken;

@@ -1,6 +1,7 @@
 //! The look of a kind of fibre: its constant parameters, and parameters from textures at the roots of strands.
 
 use crate::error::{Error, invalid};
+use std::str::FromStr;
 use vellus::{Fiber, Parameter};
 
 /// A texture for a parameter. The value is the RGB of the texture at the root's uv, times `scale`, in the units of
@@ -22,6 +23,18 @@ pub enum ReflectanceOf {
     Groom,
     /// The colour of a dense coat of the same fibres: see [`vellus::CoatColors`].
     Dense,
+}
+
+impl FromStr for ReflectanceOf {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "groom" => Ok(ReflectanceOf::Groom),
+            "dense" => Ok(ReflectanceOf::Dense),
+            _ => Err(format!("'{name}' is not groom or dense")),
+        }
+    }
 }
 
 /// The look of a kind of fibre.

@@ -28,13 +28,20 @@ pub struct Surface {
     pub metallic: f32,
     /// Refractive index of the coat, in [1, 4]. 1 means no coat.
     pub ior: f32,
+    /// Whether it is skin that has the colour of the coat that grows on it, times [`SKIN`]. A renderer then replaces
+    /// the colour where strands grow.
+    pub skin: bool,
 }
+
+/// The colour of skin under a coat, relative to that of the coat: skin has less pigment than hair, and lies in its
+/// shadow.
+pub const SKIN: f32 = 0.8;
 
 impl Surface {
     /// A diffuse surface without a coat. `color` is linear RGB in [0, 1].
     pub fn diffuse(name: impl Into<String>, color: [f32; 3]) -> Self {
         let color = Tint { color, texture: None };
-        Surface { name: name.into(), color, emission: [0.0; 3], roughness: 1.0, metallic: 0.0, ior: 1.0 }
+        Surface { name: name.into(), color, emission: [0.0; 3], roughness: 1.0, metallic: 0.0, ior: 1.0, skin: false }
     }
 }
 

@@ -15,7 +15,7 @@ const STEEPEST: f64 = 89.0;
 pub fn builder(fiber: &Value) -> Result<FiberBuilder, String> {
     let mut fiber = fiber.clone();
     if let Some(fields) = fiber.as_object_mut().filter(|fields| fields.contains_key(Parameter::Reflectance.name())) {
-        [Parameter::SigmaCa, Parameter::SigmaMa].map(|parameter| fields.remove(parameter.name()));
+        fields.retain(|name, _| ![Parameter::SigmaCa, Parameter::SigmaMa].iter().any(|p| p.name() == name));
     }
     FiberBuilder::deserialize(fiber).map_err(|e| format!("fiber: {e}"))
 }

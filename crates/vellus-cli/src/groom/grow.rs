@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use vellus::Color;
 use vellus_groom::{Group, read_groups};
 use vellus_io::parse;
-use vellus_open::{Grown, Growth};
+use vellus_open::{Grown, Growth, Skin};
 use vellus_scene::Look;
 
 /// Grow fur on a mesh.
@@ -42,6 +42,10 @@ pub struct Args {
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = parse::whole::<u64>(0..=u64::MAX))]
     seed: u64,
+    /// Colour of the skin: auto (that of the fur, darkened), a name, #rrggbb, or R,G,B [default: auto for .obj; USD
+    /// meshes keep theirs].
+    #[arg(long, value_name = "COLOR")]
+    skin: Option<Skin>,
     /// Write only the strands, without the rest of the scene.
     #[arg(long)]
     strands_only: bool,
@@ -66,8 +70,8 @@ pub fn run(args: &Args) -> Result<()> {
         None => vec![options],
     };
     let groups = groups.into_iter().map(|group| Ok((group.clone(), look(args, &group)?))).collect::<Result<_>>()?;
-    let Args { seed, strands_only, .. } = *args;
-    let growth = Growth { groups, meshes: args.on.clone(), seed, strands_only };
+    let Args { seed, strands_only, skin, .. } = *args;
+    let growth = Growth { groups, meshes: args.on.clone(), seed, skin, strands_only };
     // Before the mesh is read.
     growth.check()?;
     output::writable(&args.output)?;
@@ -87,7 +91,8 @@ fn look(args: &Args, group: &Group) -> Result<Look> {
     let given = args.fiber.as_ref().or(group.fiber.as_ref());
     // Presets are grey, as the fits of the paper.
     let fiber = given.cloned().unwrap_or_else(|| "dog".into());
-    let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
+    let set = [group.settings_of_fiber(), args.overrides.set.clone()].concat();
+    let fiber_args = FiberArgs { fiber: Some(fiber), overrides: Overrides { set } };
     let mut fiber = fiber_args.load()?;
     if given.is_none() && !fiber_args.source().sets_color() {
         fiber = fiber.with_color(Color::Reflectance([0.35, 0.16, 0.06]))?;

@@ -27,6 +27,9 @@ pub struct Input {
     /// parameters.
     #[arg(long = "override")]
     replace: bool,
+    /// What a reflectance is: the colour that this groom shows (groom), or that of a dense coat of its fibres (dense).
+    #[arg(long, value_name = "COAT", default_value = "groom", value_parser = ["groom", "dense"])]
+    reflectance_of: String,
     /// Width (diameter) of strands whose file defines none, in the unit of the file. `vellus groom info` suggests one,
     /// and `vellus render` uses it.
     #[arg(long, value_name = "WIDTH", value_parser = parse::positive::<f32>)]
@@ -60,6 +63,7 @@ impl Input {
             camera: self.camera.clone(),
             frame: self.frame,
             strict: self.strict,
+            reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
             instances: staging.is_some(),
             staging,
             ..Options::default()
@@ -77,6 +81,13 @@ impl Input {
     /// Opens the scene, and prints warnings.
     pub fn open(&self, staging: Option<Staging>) -> Result<Opened> {
         report(vellus_open::open(&self.scene, &self.options(staging)?))
+    }
+
+    /// Prints warnings about the scene that the renderer found, once for all frames.
+    pub fn warn(&self, warnings: &[String]) -> Result<()> {
+        let kind = if self.strict { "error" } else { "warning" };
+        warnings.iter().for_each(|warning| say::note_once(format!("{kind}: {warning}")));
+        if self.strict { strict(warnings.len()) } else { Ok(()) }
     }
 
     /// Opens the scene again, without printing its warnings.
@@ -108,7 +119,12 @@ pub fn warn(warnings: &[Warning], is_strict: bool) -> Result<()> {
         return Ok(());
     }
     warnings.iter().for_each(|warning| say::note_once(format!("error: {warning}")));
-    match warnings.len() {
+    strict(warnings.len())
+}
+
+/// The error for warnings with --strict.
+fn strict(warnings: usize) -> Result<()> {
+    match warnings {
         0 => Ok(()),
         1 => bail!("there is a warning, which is an error with --strict"),
         count => bail!("there are {count} warnings, which are errors with --strict"),

@@ -108,6 +108,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
     }
     let mut world = args.model.world(scene)?;
+    args.input.warn(&world.unreached())?;
     let stops = if is_metered && stops.is_none() { world.metered(&settings)? } else { stops };
     if let Some(stops) = stops {
         world.scale_lights(stops.exp2());

@@ -1,6 +1,6 @@
 //! The options of staging.
 
-use crate::{Error, Format};
+use crate::{Error, Format, color};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -33,7 +33,7 @@ pub struct Staging {
     /// image (.png, .hdr, .exr) [default for files without lights: studio].
     #[cfg_attr(feature = "clap", arg(long, value_name = "studio|sun|sky|IMAGE"))]
     pub light: Option<Lighting>,
-    /// What is behind the scene: black, white, grey, #RRGGBB, transparent, or an image that fills the picture. It
+    /// What is behind the scene: a colour (black, #rrggbb), transparent, or an image that fills the picture. It
     /// replaces the ground and the backdrop of --light and of built-in scenes.
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLOR|transparent|IMAGE"))]
     pub background: Option<Backdrop>,
@@ -156,7 +156,7 @@ pub enum Backdrop {
 impl FromStr for Backdrop {
     type Err = String;
 
-    /// Reads `transparent`, `black`, `white`, `grey` (18 % reflectance), a colour as `#RRGGBB` in sRGB, or the path of
+    /// Reads `transparent`, `black`, `white`, `grey` (18 % reflectance), another [`color`], or the path of
     /// a .png, .hdr or .exr file.
     fn from_str(text: &str) -> Result<Self, String> {
         let color = match text {
@@ -164,10 +164,10 @@ impl FromStr for Backdrop {
             "black" => Some([0.0; 3]),
             "white" => Some([1.0; 3]),
             "grey" | "gray" => Some([0.18; 3]),
-            other => other.strip_prefix('#').and_then(srgb),
+            other => color(other).ok(),
         };
         color.map(Backdrop::Color).or_else(|| image(text).map(Backdrop::Image)).ok_or_else(|| {
-            "it must be transparent, black, white, grey, a colour as #RRGGBB, or an image (.png, .hdr, .exr)".to_owned()
+            "it must be transparent, a colour (a name, #rrggbb or R,G,B), or an image (.png, .hdr, .exr)".to_owned()
         })
     }
 }
@@ -176,19 +176,6 @@ impl FromStr for Backdrop {
 fn image(text: &str) -> Option<PathBuf> {
     let extension = Path::new(text).extension()?.to_str()?.to_ascii_lowercase();
     IMAGES.contains(&extension.as_str()).then(|| text.into())
-}
-
-/// Six hexadecimal digits of sRGB as linear RGB.
-fn srgb(digits: &str) -> Option<[f32; 3]> {
-    if digits.len() != 6 || !digits.is_ascii() {
-        return None;
-    }
-    let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok();
-    let linear = |byte: u8| {
-        let x = f32::from(byte) / 255.0;
-        if x <= 0.040_45 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
-    };
-    Some([linear(byte(0)?), linear(byte(1)?), linear(byte(2)?)])
 }
 
 #[cfg(test)]
@@ -203,7 +190,7 @@ mod tests {
         assert_eq!("a.png".parse(), Ok(Backdrop::Image("a.png".into())));
         let Ok(Backdrop::Color(color)) = "#ff8000".parse() else { panic!() };
         assert!(color[0] == 1.0 && (color[1] - 0.2159).abs() < 1e-4 && color[2] == 0.0);
-        for bad in ["", "moon", "a.jpg", "#12345", "#gggggg", "#ééé", "1,2,3"] {
+        for bad in ["", "moon", "a.jpg", "#12345", "#gggggg", "#ééé", "1,2"] {
             assert!(bad.parse::<Lighting>().is_err() && bad.parse::<Backdrop>().is_err(), "{bad}");
         }
     }

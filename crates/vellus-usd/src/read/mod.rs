@@ -23,7 +23,7 @@ mod shapes;
 mod skeleton;
 mod skin;
 mod subdivision;
-mod surface;
+pub(crate) mod surface;
 pub(crate) mod uv_texture;
 mod xform;
 

@@ -149,6 +149,9 @@ fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface, names: [&str; 3]
     }
 }
 
+/// The attribute of a shader whose surface is skin: see [`Surface::skin`].
+pub(crate) const SKIN: &str = "vellus:skin";
+
 fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, Error> {
     reader.prim(prim)?;
     let mut surface = Surface {
@@ -159,6 +162,7 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
         roughness: 0.5,
         metallic: 0.0,
         ior: 1.5,
+        skin: reader.prim(prim)?.token(SKIN)?.as_deref() == Some("auto"),
     };
     match input(reader.stage, prim, "inputs:diffuseColor")? {
         Input::Shader(source) if source.id == "UsdUVTexture" => {

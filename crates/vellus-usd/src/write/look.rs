@@ -1,6 +1,7 @@
 //! Writes materials: VellusFur for strands, UsdPreviewSurface for meshes.
 
 use crate::read::look::SHADER;
+use crate::read::surface::SKIN;
 use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
 use crate::write::encoder::{Encoder, Role};
 use crate::write::names::{Names, to_file, vellus_name};
@@ -61,6 +62,9 @@ pub(crate) fn surface(out: &mut dyn Encoder, surface: &Surface, names: &mut Name
     out.set("float inputs:roughness", &surface.roughness)?;
     out.set("float inputs:metallic", &surface.metallic)?;
     out.set("float inputs:ior", &surface.ior)?;
+    if surface.skin {
+        out.set(&format!("custom token {SKIN}"), &Token("auto"))?;
+    }
     out.declare("token outputs:surface")?;
     out.close()?;
     if let Some(texture) = surface.color.texture {

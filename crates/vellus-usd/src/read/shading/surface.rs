@@ -154,6 +154,7 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
         roughness: number(mapping, model.roughness)? as f32,
         metallic: number(mapping, model.metalness)? as f32,
         ior: weighted(specular?, ior?) as f32,
+        skin: false,
     })
 }
 

@@ -5,7 +5,9 @@
 //! a world renders its own coats in a white dome, from all sides, for a few reflectances of the dense coat, and inverts
 //! what it finds. Channels are independent: a picture has three reflectances at once.
 
-use crate::geometry::curves::Curves;
+mod reach;
+mod skin;
+
 use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
@@ -19,9 +21,9 @@ use crate::light::{Lighting, Lights};
 use crate::shading::fibers::Fibers;
 use glam::{Mat3, Vec3, Vec4Swizzles};
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use vellus::{Bcsdf, CoatColors, Fiber, Parameter};
-use vellus_scene::{Camera, Light, Look, Strands};
+use vellus_scene::{Camera, Light, Look, Mesh, Strands};
 
 /// Reflectances of the dense coat for which coats are rendered, three in each picture.
 const DENSE: [[f32; 3]; 4] = [[0.001, 0.04, 0.1], [0.2, 0.35, 0.5], [0.65, 0.8, 0.88], [0.94, 0.98, 0.999]];
@@ -61,6 +63,14 @@ impl Shown {
         [self.shown[0], self.shown[NODES - 1]]
     }
 
+    /// The colour of the coat that is nearest to a request. A request that is too bright is darkened as a whole, so that
+    /// it keeps its hue.
+    pub fn nearest(&self, asked: [f32; 3]) -> [f32; 3] {
+        let [low, high] = self.range();
+        let brightest = asked.iter().copied().fold(high, f32::max);
+        asked.map(|c| (c * (high / brightest)).max(low))
+    }
+
     /// The reflectance of a dense coat for which the coat shows a colour, or the nearest that it can show.
     pub fn dense(&self, shown: f32) -> f32 {
         let above = self.shown.partition_point(|s| *s < shown);
@@ -90,7 +100,7 @@ impl Reflectance {
             Reflectance::Dense => asked,
             Reflectance::Fixed(fixed) => *fixed,
             Reflectance::Shown(all) => {
-                all.get(look).and_then(Option::as_ref).map_or(asked, |shown| asked.map(|c| shown.dense(c)))
+                all.get(look).and_then(Option::as_ref).map_or(asked, |shown| shown.nearest(asked).map(|c| shown.dense(c)))
             }
         }
     }
@@ -105,12 +115,21 @@ fn is_asked(geometry: &Geometry) -> bool {
 
 /// Gives the looks with a constant reflectance the pigment with which their coats show it, after measuring the coats if
 /// nobody asked for a reflectance before.
-pub(crate) fn resolve(geometry: &mut Geometry) {
-    if !is_asked(geometry) {
+///
+/// If `shows` is false, only skin gets its colour.
+pub(crate) fn resolve(geometry: &mut Geometry, shows: bool) {
+    let measures = shows && is_asked(geometry);
+    if !measures && !geometry.surfaces.iter().any(|surface| surface.skin) {
         return;
     }
-    if matches!(geometry.reflectance, Reflectance::Dense) {
-        geometry.reflectance = Reflectance::Shown(measure(geometry));
+    let roots = Roots::new(geometry.curves.strands());
+    let owners = roots.owners(geometry);
+    if measures && matches!(geometry.reflectance, Reflectance::Dense) {
+        geometry.reflectance = Reflectance::Shown(measure(geometry, &roots, &owners));
+    }
+    skin::color(geometry, &owners, None);
+    if !measures {
+        return;
     }
     let Geometry { looks, reflectance, .. } = geometry;
     for (i, look) in looks.iter_mut().enumerate() {
@@ -135,14 +154,16 @@ type Seen = Vec<([f64; 3], u64)>;
 ///
 /// The lights, the camera and the meshes without fur do not matter; they are as before in the end. Looks for which
 /// nobody asks a reflectance keep their colours.
-fn measure(geometry: &mut Geometry) -> Vec<Option<Shown>> {
+fn measure(geometry: &mut Geometry, roots: &Roots, owners: &[BTreeSet<usize>]) -> Vec<Option<Shown>> {
     let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
-    let roots = Roots::new(geometry.curves.strands());
-    let body = Triangles::new(furred(geometry, &roots));
+    let meshes = geometry.triangles.meshes().iter().zip(owners).filter(|(_, looks)| !looks.is_empty());
+    let (bodies, owners): (Vec<Mesh>, Vec<BTreeSet<usize>>) = meshes.map(|(m, o)| (m.clone(), o.clone())).unzip();
+    let body = Triangles::new(bodies);
     let lights = Lights::new(&[white], &Lighting::default(), &[]);
     let body = std::mem::replace(&mut geometry.triangles, body);
     let lights = std::mem::replace(&mut geometry.lights, lights);
     let (view, background, looks) = (geometry.view, geometry.background.take(), geometry.looks.clone());
+    let surfaces = geometry.surfaces.clone();
 
     let tables: Vec<Option<CoatColors>> = looks.iter().map(|look| CoatColors::new(&look.fiber).ok()).collect();
     let mut seen: Vec<Seen> = Vec::new();
@@ -153,12 +174,14 @@ fn measure(geometry: &mut Geometry) -> Vec<Option<Shown>> {
             }
         }
         geometry.reflectance = Reflectance::Fixed(dense);
-        seen.push(look_at(geometry, &roots));
+        skin::color(geometry, &owners, Some(dense));
+        seen.push(look_at(geometry, roots));
     }
     geometry.triangles = body;
     geometry.lights = lights;
     geometry.background = background;
     geometry.looks = looks;
+    geometry.surfaces = surfaces;
     geometry.set_view(view);
     let of_look = |(look, table): (usize, &Option<CoatColors>)| shown(&seen, look, table.as_ref()?);
     tables.iter().enumerate().map(of_look).collect()
@@ -187,24 +210,6 @@ fn shown(seen: &[Seen], look: usize, table: &CoatColors) -> Option<Shown> {
         result.shown[i] = brightest as f32;
     }
     Some(result)
-}
-
-/// The meshes that roots stand on.
-fn furred(geometry: &Geometry, roots: &Roots) -> Vec<vellus_scene::Mesh> {
-    let meshes = geometry.triangles.meshes();
-    let mut probed = vec![false; meshes.len()];
-    for strands in geometry.curves.strands() {
-        for probe in 0..PROBES.min(strands.len()) {
-            let [root, next, ..] = strands.strand(probe * strands.len() / PROBES.min(strands.len())) else { continue };
-            let along = (next.xyz() - root.xyz()).normalize_or(Vec3::Y);
-            // Roots may hover over their skin, or lie below it.
-            let ray = Ray::new(root.xyz() + along * roots.side, -along);
-            if let Some(hit) = geometry.triangles.intersect(&Ray { t_max: 2.0 * roots.side, ..ray }) {
-                probed[hit.mesh] = true;
-            }
-        }
-    }
-    meshes.iter().zip(probed).filter(|(_, probed)| *probed).map(|(mesh, _)| mesh.clone()).collect()
 }
 
 /// Looks at coats from all sides.
@@ -282,6 +287,24 @@ impl Roots {
             }
             side *= 1.5;
         }
+    }
+
+    /// The looks whose roots stand on each mesh.
+    fn owners(&self, geometry: &Geometry) -> Vec<BTreeSet<usize>> {
+        let mut owners = vec![BTreeSet::new(); geometry.triangles.meshes().len()];
+        for strands in geometry.curves.strands() {
+            for probe in 0..PROBES.min(strands.len()) {
+                let strand = strands.strand(probe * strands.len() / PROBES.min(strands.len()));
+                let [root, next, ..] = strand else { continue };
+                let along = (next.xyz() - root.xyz()).normalize_or(Vec3::Y);
+                // Roots may hover over their skin, or lie below it.
+                let ray = Ray { t_max: 2.0 * self.side, ..Ray::new(root.xyz() + along * self.side, -along) };
+                if let Some(hit) = geometry.triangles.intersect(&ray) {
+                    owners[hit.mesh].insert(strands.look);
+                }
+            }
+        }
+        owners
     }
 
     /// Whether the camera sees skin with fur in a sample of a pixel.
