@@ -5,7 +5,7 @@ use crate::flip::{PIXELS_PER_DEGREE, flip};
 use crate::outcome::{Side, Slider};
 use crate::visible::{fur, mean, shown};
 use anyhow::{Result, anyhow};
-use vellus_render::Film;
+use vellus_render::{Display, Film};
 
 /// The value of a map that has the brightest colour.
 const BRIGHTEST: f64 = 0.5;
@@ -78,8 +78,8 @@ pub fn slider(
         Ok(Side { file, zoom: zoomed, label: label.to_owned() })
     };
     let sides = [
-        side("left", &left.label, &left.film.to_srgb(exposure))?,
-        side("right", &right.label, &right.film.to_srgb(exposure))?,
+        side("left", &left.label, &left.film.to_srgb(Display::srgb(exposure)))?,
+        side("right", &right.label, &right.film.to_srgb(Display::srgb(exposure)))?,
     ];
     let maps = maps.iter().enumerate().map(|(k, (label, map))| {
         let pixel = |i: usize| if weights[i] < 0.02 { NO_FUR } else { color(map[i] / BRIGHTEST) };

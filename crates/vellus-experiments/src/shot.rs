@@ -12,7 +12,7 @@ use vellus_io::{DigestBuilder, cpu_time};
 use vellus_models::ModelKind;
 use vellus_models::yan2015::Profiles;
 use vellus_render::session::{End, Options, read_film, write_film};
-use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
+use vellus_render::{Display, Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
 use vellus_scene::{Camera, Scene};
 
 /// A method to compute the scattering: the model, and the part of the width that it averages over.
@@ -272,7 +272,7 @@ impl<'c> Shot<'c> {
 
     /// Writes a picture as NAME.png and NAME.exr and returns the name of the PNG.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
-        let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        let png = film.to_png(None, Display::srgb(exposure), &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
         let exr = film.to_exr(&self.layers, None, vellus_render::PixelType::Half, &[]);
         self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
         self.context.write(&format!("{name}.png"), &png)?;

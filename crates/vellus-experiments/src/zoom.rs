@@ -8,7 +8,7 @@ use crate::visible::Visible;
 use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result, anyhow};
 use glam::Vec3;
-use vellus_render::Film;
+use vellus_render::{Display, Film};
 use vellus_scene::{Camera, Scene};
 
 const METHODS: [Method; 3] = [NEAR, FAR, MULTI];
@@ -211,7 +211,7 @@ fn animated(films: &[Film]) -> Result<Vec<u8>, png::EncodingError> {
     encoder.set_frame_delay(1, 10)?;
     let mut writer = encoder.write_header()?;
     for film in films {
-        writer.write_image_data(&film.to_srgb(0.0))?;
+        writer.write_image_data(&film.to_srgb(Display::srgb(0.0)))?;
     }
     writer.finish()?;
     Ok(bytes)

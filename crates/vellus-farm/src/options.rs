@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 30] = [
+pub const PICTURE_OPTIONS: [&str; 32] = [
     "--small",
     "--fiber",
     "--set",
@@ -34,6 +34,8 @@ pub const PICTURE_OPTIONS: [&str; 30] = [
     "--seed",
     "--threads",
     "--exposure",
+    "--tone",
+    "--reflectance-of",
     "--layers",
     "--denoise",
     "--float",
@@ -84,8 +86,16 @@ pub fn divide(options: &[String]) -> (Vec<String>, Vec<String>) {
     while let Some(option) = rest.next() {
         match option.as_str() {
             "--denoise" | "--float" => merge.push(option.clone()),
-            "--exposure" => merge.extend([option].into_iter().chain(rest.next()).cloned()),
-            other if other.starts_with("--exposure=") => merge.push(option.clone()),
+            // `--exposure auto` is measured by the render and used by the merge.
+            "--exposure" | "--tone" => {
+                let both: Vec<String> = [option].into_iter().chain(rest.next()).cloned().collect();
+                render.extend(both.iter().cloned());
+                merge.extend(both);
+            }
+            other if other.starts_with("--exposure=") || other.starts_with("--tone=") => {
+                render.push(option.clone());
+                merge.push(option.clone());
+            }
             _ => render.push(option.clone()),
         }
     }
@@ -115,7 +125,7 @@ mod tests {
     #[test]
     fn merges_get_the_options_of_pictures() {
         let (render, merge) = divide(&words("--float --size 9x9 --exposure -1 --seed 3 --denoise --exposure=2"));
-        assert_eq!(render, words("--size 9x9 --seed 3"));
+        assert_eq!(render, words("--size 9x9 --exposure -1 --seed 3 --exposure=2"));
         assert_eq!(merge, words("--float --exposure -1 --denoise --exposure=2"));
     }
 }

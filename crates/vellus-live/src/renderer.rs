@@ -277,8 +277,8 @@ impl Renderer {
         }
         let denoised = picture.denoised.as_ref().filter(|_| session.denoise);
         let pixels = match denoised {
-            Some((_, values)) => vellus_render::to_srgb(values, session.exposure),
-            None => film.to_srgb(session.exposure),
+            Some((_, values)) => vellus_render::to_srgb(values, session.display()),
+            None => film.to_srgb(session.display()),
         };
         let [left, top, width, height] = film.area().map(|x| x as f32);
         let [w, h] = film.whole().map(|x| x as f32);

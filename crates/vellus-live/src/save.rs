@@ -71,7 +71,7 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
         }
         Save::Scene => usd(&session.strands(), Format::Crate, || false),
         Save::Camera => usd(&session.part(None), Format::Text, || false),
-        Save::Png => film()?.to_png(denoised, session.exposure, &[]).map_err(|error| error.to_string()),
+        Save::Png => film()?.to_png(denoised, session.display(), &[]).map_err(|error| error.to_string()),
         Save::Exr => {
             let exr = film()?.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &[]);
             exr.map_err(|error| error.to_string())

@@ -13,7 +13,7 @@ use vellus::Fiber;
 use vellus_models::ModelKind;
 use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
-use vellus_render::{Curves, Layer, Pick, Settings, Varying, World};
+use vellus_render::{Curves, Display, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
 use vellus_scene::{Light, Look, Scene, Strands};
 
@@ -113,10 +113,14 @@ impl Session {
         };
         session.world.set_camera(session.orbit.camera())?;
         if is_metered {
-            let metered = session.world.metered(&Settings::new(size)).ok().flatten();
-            session.exposure = metered.unwrap_or(0.0);
+            session.exposure = session.world.metered().unwrap_or(0.0);
         }
         Ok(session)
+    }
+
+    /// How the picture is shown.
+    pub fn display(&self) -> Display {
+        Display { exposure: self.exposure, ..Display::default() }
     }
 
     /// Applies a command. The session does not change if it is refused.

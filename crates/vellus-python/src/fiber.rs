@@ -1,7 +1,7 @@
 //! The fibre: its parameters by name, its colour, presets.
 
 use crate::error::{value, with_causes};
-use pyo3::exceptions::{PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyTypeError, PyValueError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 use std::ffi::CString;
@@ -29,7 +29,8 @@ use vellus_open::{FiberFormat, FiberSource};
 ///
 /// At most one of `sigma_ca` and these gives the colour:
 ///
-/// - `reflectance`: colour of a dense coat in white light, RGB or one number, in [0.001, 0.999]. A colour that no
+/// - `reflectance`: colour of the coat in white light, RGB, one number, or a name or `#rrggbb`, in [0.001, 0.999]: see
+///   `Scene.open`. `Bcsdf` and `coat_color` take a dense coat. A colour that no
 ///   pigment reaches gives the nearest one, and a warning.
 /// - `melanin`: concentrations of eumelanin and pheomelanin, in [0, 100]. One number is eumelanin. Also by name:
 ///   `eumelanin`, `pheomelanin`.
@@ -71,7 +72,12 @@ fn built(py: Python<'_>, base: vellus::Fiber, parameters: Option<&Bound<'_, PyDi
             builder.set_exit(exit.parse().map_err(value)?);
             continue;
         }
-        builder.set(&name, &numbers(&name, &given)?).map_err(|e| match e {
+        let is_word = given.is_instance_of::<PyString>() && name.ends_with("reflectance");
+        let numbers = match is_word {
+            true => vellus_open::color(&given.extract::<String>()?).map_err(PyValueError::new_err)?.to_vec(),
+            false => numbers(&name, &given)?,
+        };
+        builder.set(&name, &numbers).map_err(|e| match e {
             Error::UnknownParameter { .. } => PyTypeError::new_err(e.to_string()),
             e => value(e),
         })?;

@@ -11,7 +11,7 @@
 //! ```
 //! use glam::{Vec3, Vec4};
 //! use vellus::{Fiber, Species};
-//! use vellus_render::{Film, Layer, Settings, World};
+//! use vellus_render::{Display, Film, Layer, Settings, World};
 //! use vellus_scene::{Basis, Camera, Look, Scene, Strands};
 //!
 //! // One strand of red fox fur, one unit long. Control points are x, y, z and radius.
@@ -41,7 +41,7 @@
 //! // The strand covers most of a pixel in the middle of the picture, and nothing of the corner.
 //! assert!(film.mean(16, 16, Layer::Fibers, 0) > 0.5);
 //! assert_eq!(film.mean(0, 0, Layer::Fibers, 0), 0.0);
-//! let png = film.to_png(None, 0.0, &[])?;
+//! let png = film.to_png(None, Display::default(), &[])?;
 //! assert!(png.starts_with(b"\x89PNG"));
 //! # Ok::<(), vellus_render::Error>(())
 //! ```
@@ -78,6 +78,7 @@ pub use film::cryptomatte::Thing;
 pub use film::layout::Layout;
 pub use film::picture::{Notes, PIXELS_NOTE, PixelType, check_picture};
 pub use film::png::to_srgb;
+pub use film::tone::{Display, Tone};
 pub use film::{Film, Layer};
 pub use geometry::curves::{CurveHit, Curves};
 pub use geometry::ray::Ray;

@@ -13,7 +13,7 @@ use vellus_render::session::{
     BACKGROUND_NOTE, Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
 };
 use vellus_render::tev::Viewer;
-use vellus_render::{Error, Notes, PixelType, Settings, World, prepare};
+use vellus_render::{Display, Error, Notes, PixelType, Settings, World, prepare};
 use vellus_scene::Scene;
 
 /// The size of a picture before its scene is read.
@@ -55,7 +55,7 @@ impl Loaded {
         let mut scene = first.input.open_quietly(first.staging())?.scene;
         let settings = first.settings();
         prepare(&mut scene, settings.size, first.min_pixel_width, first.lod);
-        Ok(first.model.world(scene)?.metered(&settings)?)
+        Ok(first.model.world(scene)?.metered())
     }
 }
 
@@ -109,7 +109,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     }
     let mut world = args.model.world(scene)?;
     args.input.warn(&world.unreached())?;
-    let stops = if is_metered && stops.is_none() { world.metered(&settings)? } else { stops };
+    let stops = if is_metered && stops.is_none() { world.metered() } else { stops };
     if let Some(stops) = stops {
         world.scale_lights(stops.exp2());
         notes.push(("vellus_light_stops".to_owned(), stops.to_string()));
@@ -119,7 +119,9 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let renderer = args.device.renderer(&world, &settings, &world.layout(&args.layers)).map_err(on_cpu)?;
     renderer.message.iter().for_each(|message| note!("{message}"));
     notes.extend(renderer.notes);
-    Ok((world, Job { tracer: renderer.tracer, ..args.job(settings, identity, notes) }))
+    args.display.measure(&world, &mut notes);
+    let display = args.display.display(&notes)?;
+    Ok((world, Job { tracer: renderer.tracer, ..args.job(settings, identity, notes, display) }))
 }
 
 /// Adds the option that renders without a GPU.
@@ -208,7 +210,7 @@ impl Args {
         Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options(Some(self.staging()))?).finish())
     }
 
-    fn job(&self, settings: Settings, identity: Digest, notes: Notes) -> Job {
+    fn job(&self, settings: Settings, identity: Digest, notes: Notes, display: Display) -> Job {
         let options = Options {
             settings,
             layers: self.layers.clone(),
@@ -223,7 +225,7 @@ impl Args {
         let picture = Picture {
             layers: self.layers.clone(),
             pixel_type: if self.float { PixelType::Float } else { PixelType::Half },
-            exposure: self.exposure,
+            display,
             ..Picture::new(&self.output)
         };
         Job {

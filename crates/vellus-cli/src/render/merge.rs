@@ -7,7 +7,7 @@ use crate::output;
 use crate::say::note;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
-use vellus_io::parse;
+use super::display::DisplayArgs;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::{Denoise, Event, Merge, Picture, SAMPLES_NOTE, read_film};
 use vellus_render::{Layer, PixelType};
@@ -25,9 +25,8 @@ pub struct MergeArgs {
     /// Picture to write.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
-    /// Make the PNG brighter by this many stops.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
-    exposure: f32,
+    #[command(flatten)]
+    display: DisplayArgs,
     /// Layers of the OpenEXR file, with the names of `vellus render --layers` [default: those that the films
     /// were rendered for].
     #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
@@ -71,7 +70,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         path: args.output.clone(),
         layers: args.layers.clone().unwrap_or(merged.layers),
         pixel_type: if args.float { PixelType::Float } else { PixelType::Half },
-        exposure: args.exposure,
+        display: args.display.display(&notes)?,
         notes,
     };
     let denoiser = denoiser.as_ref().map(|denoiser| denoiser as &dyn Denoise);

@@ -1,5 +1,6 @@
 //! `vellus render`: a scene becomes a picture.
 
+mod display;
 mod frames;
 mod input;
 mod job;
@@ -15,6 +16,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use vellus_gpu::Choice;
+use display::DisplayArgs;
 use vellus_io::{Digest, parse};
 use vellus_open::{BUILT_IN_SIZE, Format, Staging};
 use vellus_render::denoise::Denoiser;
@@ -111,9 +113,8 @@ pub struct Args {
     /// Number of threads [default: that of the processor]. It does not change the picture.
     #[arg(long, value_name = "N", value_parser = parse::whole::<usize>(1..=max_threads()))]
     threads: Option<usize>,
-    /// Make the PNG brighter by this many stops.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
-    exposure: f32,
+    #[command(flatten)]
+    display: DisplayArgs,
     /// Layers of the OpenEXR file, separated by commas. `all` adds `motion`, `lights` and `crypto-*`.
     #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
     #[arg(default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id")]

@@ -8,6 +8,7 @@ use vellus_io::{Progress, Steps};
 use vellus_open::FiberSource;
 use vellus_plot::contact::Contact;
 use vellus_plot::{check_names, save};
+use vellus_render::Display;
 
 /// The largest number of coats, and the largest side of a picture.
 const MOST: usize = 1000;
@@ -122,7 +123,7 @@ impl Sheet {
                 bail!(crate::Interrupted);
             }
             let film = coat.render(fiber, [*size as usize; 2], u64::from(*samples), 1)?;
-            pictures.push(film.to_srgb(0.0).chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
+            pictures.push(film.to_srgb(Display::srgb(0.0)).chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect());
             steps.advance(1);
         }
         Ok(Contact {

@@ -21,6 +21,8 @@ _Window: TypeAlias = _Array | _List | Literal["far"]
 _Color: TypeAlias = SupportsFloat | Iterable[SupportsFloat]
 _Pair: TypeAlias = Sequence[SupportsFloat] | NDArray[np.floating[Any] | np.integer[Any]]
 _Path: TypeAlias = str | PathLike[str]
+
+_Tone: TypeAlias = Literal["neutral", "agx", "srgb"]
 _Progress: TypeAlias = Callable[[float, str], object]
 _Real: TypeAlias = NDArray[np.float32 | np.float64]
 """float32 or float64"""
@@ -50,7 +52,8 @@ class Fiber:
 
     At most one of `sigma_ca` and these gives the colour:
 
-    - `reflectance`: colour of a dense coat in white light, RGB or one number, in [0.001, 0.999]. A colour that no
+    - `reflectance`: colour of the coat in white light, RGB, one number, or a name or `#rrggbb`, in [0.001, 0.999]: see
+      `Scene.open`. `Bcsdf` and `coat_color` take a dense coat. A colour that no
       pigment reaches gives the nearest one, and a warning.
     - `melanin`: concentrations of eumelanin and pheomelanin, in [0, 100]. One number is eumelanin. Also by name:
       `eumelanin`, `pheomelanin`.
@@ -77,11 +80,11 @@ class Fiber:
         layers: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
-        reflectance: _Color | None = None,
+        reflectance: _Color | str | None = None,
         melanin: _Color | None = None,
         eumelanin: SupportsFloat | None = None,
         pheomelanin: SupportsFloat | None = None,
-        hair_reflectance: _Color | None = None,
+        hair_reflectance: _Color | str | None = None,
     ) -> Fiber: ...
     @property
     def kappa(self) -> float:
@@ -134,11 +137,11 @@ class Fiber:
         layers: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
-        reflectance: _Color | None = None,
+        reflectance: _Color | str | None = None,
         melanin: _Color | None = None,
         eumelanin: SupportsFloat | None = None,
         pheomelanin: SupportsFloat | None = None,
-        hair_reflectance: _Color | None = None,
+        hair_reflectance: _Color | str | None = None,
     ) -> Fiber:
         """The same fibre with other parameters: the keyword arguments of `Fiber`."""
     def without_absorption(self) -> Fiber:
@@ -782,6 +785,7 @@ class Scene:
         background: str | None = None,
         view: str | None = None,
         body: _Path | None = None,
+        reflectance_of: Literal["groom", "dense"] = "groom",
     ) -> Scene:
         """Reads a scene.
 
@@ -789,10 +793,11 @@ class Scene:
         list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
         diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
         USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
-        is added.
+        is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
+        dense coat (`dense`).
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
-        file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
+        file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
         (`"YAW,PITCH[,ZOOM]"` in degrees) and `body` (a mesh file) change the staging.
 
         Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` with the file
@@ -1075,18 +1080,19 @@ class Picture:
     @property
     def statistics(self) -> dict[str, float]:
         """`seconds` of rendering, `rays` that were traced, and `rejected` samples, which were not finite."""
-    def write(self, path: _Path, *, exposure: SupportsFloat = 0.0, half: bool = True) -> list[Path]:
+    def write(self, path: _Path, *, exposure: SupportsFloat = 0.0, tone: _Tone = "neutral", half: bool = True) -> list[Path]:
         """Writes an OpenEXR file with all layers and a PNG preview beside it, or a PNG file alone, and returns their
         paths.
 
-        `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `half`: colours in
-        16 bits where they fit.
+        `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `tone`: its tone
+        curve, `neutral` (keeps colours and compresses highlights), `agx` or `srgb` (clips). `half`: colours in 16 bits
+        where they fit.
 
         Raises `ValueError` for another extension, and `PermissionError` or `ValueError` if the file cannot be written.
         An older file then stays.
         """
-    def srgb(self, exposure: SupportsFloat = 0.0) -> NDArray[np.uint8]:
+    def srgb(self, exposure: SupportsFloat = 0.0, *, tone: _Tone = "neutral") -> NDArray[np.uint8]:
         """The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,
-        in [-100, 100].
+        in [-100, 100]. `tone`: as in `write`.
         """
     def _repr_png_(self) -> bytes: ...

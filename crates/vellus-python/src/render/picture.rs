@@ -9,7 +9,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::PathBuf;
 use vellus::Lobe;
 use vellus_render::session::BACKGROUND_NOTE;
-use vellus_render::{Film, Layer, Notes, PixelType, session};
+use vellus_render::{Display, Film, Layer, Notes, PixelType, session};
 
 /// A rendered picture: a mapping from names of layers to arrays.
 ///
@@ -174,18 +174,19 @@ impl Picture {
     /// Writes an OpenEXR file with all layers and a PNG preview beside it, or a PNG file alone, and returns their
     /// paths.
     ///
-    /// `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `half`: colours in
-    /// 16 bits where they fit.
+    /// `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `tone`: its tone
+    /// curve, `neutral` (keeps colours and compresses highlights), `agx` or `srgb` (clips). `half`: colours in 16 bits
+    /// where they fit.
     ///
     /// Raises `ValueError` for another extension, and `PermissionError` or `ValueError` if the file cannot be written.
     /// An older file then stays.
-    #[pyo3(signature = (path, *, exposure=0.0, half=true))]
-    fn write(&self, py: Python<'_>, path: PathBuf, exposure: f32, half: bool) -> PyResult<Vec<PathBuf>> {
+    #[pyo3(signature = (path, *, exposure=0.0, tone="neutral", half=true))]
+    fn write(&self, py: Python<'_>, path: PathBuf, exposure: f32, tone: &str, half: bool) -> PyResult<Vec<PathBuf>> {
         if !matches!(path.extension().and_then(|e| e.to_str()), Some("exr" | "png")) {
             let path = path.display();
             return Err(PyValueError::new_err(format!("path = {path} has another extension: it must be .exr or .png")));
         }
-        within("exposure", exposure.into(), -100.0..=100.0)?;
+        let display = display(exposure, tone)?;
         let mut notes = self.notes.clone();
         if self.is_transparent {
             notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
@@ -193,7 +194,7 @@ impl Picture {
         let picture = session::Picture {
             layers: self.layers().collect(),
             pixel_type: if half { PixelType::Half } else { PixelType::Float },
-            exposure,
+            display,
             notes,
             ..session::Picture::new(path)
         };
@@ -201,13 +202,13 @@ impl Picture {
     }
 
     /// The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,
-    /// in [-100, 100].
-    #[pyo3(signature = (exposure=0.0))]
-    fn srgb<'py>(&self, py: Python<'py>, exposure: f32) -> PyResult<Bound<'py, PyAny>> {
-        within("exposure", exposure.into(), -100.0..=100.0)?;
+    /// in [-100, 100]. `tone`: as in `write`.
+    #[pyo3(signature = (exposure=0.0, *, tone="neutral"))]
+    fn srgb<'py>(&self, py: Python<'py>, exposure: f32, tone: &str) -> PyResult<Bound<'py, PyAny>> {
+        let display = display(exposure, tone)?;
         let bytes = match &self.denoised {
-            Some(denoised) => vellus_render::to_srgb(denoised, exposure),
-            None => self.film.to_srgb(exposure),
+            Some(denoised) => vellus_render::to_srgb(denoised, display),
+            None => self.film.to_srgb(display),
         };
         Ok(PyArray1::from_vec(py, bytes).reshape(self.shape(&[3]))?.into_any())
     }
@@ -215,7 +216,7 @@ impl Picture {
     /// The picture in a notebook.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let encode = if self.is_transparent { Film::to_transparent_png } else { Film::to_png };
-        let png = encode(&self.film, self.denoised.as_deref(), 0.0, &[]).map_err(value)?;
+        let png = encode(&self.film, self.denoised.as_deref(), Display::default(), &[]).map_err(value)?;
         Ok(PyBytes::new(py, &png))
     }
 
@@ -223,4 +224,10 @@ impl Picture {
         let (width, height, samples) = (self.film.width(), self.film.height(), self.film.samples());
         format!("<vellus.Picture: {width} x {height}, {samples} samples, {}>", self.names().join(", "))
     }
+}
+
+/// How a picture is shown.
+fn display(exposure: f32, tone: &str) -> PyResult<Display> {
+    within("exposure", exposure.into(), -100.0..=100.0)?;
+    Ok(Display { exposure, tone: super::scene::parsed("tone", Some(tone.to_owned()))?.unwrap_or_default() })
 }

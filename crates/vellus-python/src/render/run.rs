@@ -264,6 +264,8 @@ impl Scene {
             _ => {
                 state.prepared = None;
                 let prepared = Arc::new(crate::threads::run(py, |_| world::new(&state, &settings, lod))??);
+                let unreached = prepared.world.unreached();
+                state.warnings.extend(unreached);
                 state.prepared = Some((setup, prepared.clone()));
                 prepared
             }

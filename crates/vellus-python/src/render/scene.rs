@@ -40,7 +40,7 @@ impl State {
 }
 
 /// An argument that is a text, as something else.
-fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
+pub(super) fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
     let parse = |text: String| text.parse().map_err(|e| PyValueError::new_err(format!("{name} = {text:?}: {e}")));
     text.map(parse).transpose()
 }
@@ -92,17 +92,19 @@ impl Scene {
     /// list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
     /// diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
     /// USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
-    /// is added.
+    /// is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
+    /// dense coat (`dense`).
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
-    /// file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
+    /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
     /// (`"YAW,PITCH[,ZOOM]"` in degrees) and `body` (a mesh file) change the staging.
     ///
     /// Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` with the file
     /// and the reason. `warnings` has everything that was left out.
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
-        strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None))]
+        strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
+        reflectance_of="groom"))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -119,6 +121,7 @@ impl Scene {
         background: Option<String>,
         view: Option<String>,
         body: Option<PathBuf>,
+        reflectance_of: &str,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
         strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
@@ -142,6 +145,7 @@ impl Scene {
             small,
             fiber,
             recolor: None,
+            reflectance_of: parsed("reflectance_of", Some(reflectance_of.to_owned()))?.unwrap_or_default(),
             width,
             strands,
             camera,

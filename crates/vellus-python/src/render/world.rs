@@ -33,7 +33,7 @@ pub fn new(state: &State, settings: &Settings, lod: Lod) -> PyResult<Prepared> {
     }
     prepare(&mut scene, settings.size, 0.0, lod);
     let mut world = World::new(scene).map_err(value)?;
-    let stops = if state.is_metered { world.metered(settings).map_err(value)? } else { None };
+    let stops = if state.is_metered { world.metered() } else { None };
     if let Some(stops) = stops {
         world.scale_lights(stops.exp2());
     }

@@ -1,8 +1,16 @@
-//! A light meter: how bright a film is, and which exposure suits it.
+//! Light meters: which exposure suits the lights of a world, and which a film.
 
-use crate::error::Error;
+use crate::World;
 use crate::film::{Film, Layer};
-use crate::{Settings, World};
+use crate::geometry::ray::Ray;
+use crate::integrator::path::shadow_t_max;
+use crate::integrator::sampler::Sampler;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Places on the ball that the light meter measures, and samples of the light at each.
+const PLACES: usize = 64;
+const METERED: u64 = 256;
 
 /// The luminance that a picture has on average after metering, as the mean of logarithms. It is a little less than that
 /// of a grey card, because the studio's background is darker.
@@ -16,9 +24,6 @@ const DARKEN: f64 = 1.0;
 
 /// Exposures are multiples of this many stops, so that small changes of a scene do not change the exposure.
 const STEP: f64 = 0.25;
-
-/// Pixels on the longer side of the picture that is metered, and its samples.
-const METERED: (usize, u64) = (64, 16);
 
 /// The luminance of linear sRGB (Rec. 709).
 pub(crate) fn luminance(c: [f64; 3]) -> f64 {
@@ -57,20 +62,49 @@ impl Film {
 }
 
 impl World {
-    /// The exposure that suits the whole picture, in stops: [`Film::metered`] of a small, fixed number of samples.
+    /// The exposure in stops with which white paper beside the fur is white: a multiple of a quarter in [-100, 100]. It
+    /// does not depend on the colour of the fur, so dark fur stays dark.
     ///
-    /// It depends on the scene, on the ratio of width and height, and on the mode of `settings`, and on nothing else:
-    /// every part of a picture has the same exposure. `None` if the small picture is black or empty.
-    ///
-    /// # Errors
-    /// Those of [`World::render`].
-    pub fn metered(&self, settings: &Settings) -> Result<Option<f32>, Error> {
-        let (longest, samples) = METERED;
-        let scale = longest as f64 / settings.size[0].max(settings.size[1]) as f64;
-        let size = settings.size.map(|n| ((n as f64 * scale).round() as usize).max(1));
-        let settings = Settings { mode: settings.mode, ..Settings::new(size) };
-        let mut film = Film::new(size, settings.area(), self.layout(&[]));
-        self.render(&settings, &mut film, 0..samples, &())?;
-        Ok(film.metered())
+    /// This is an incident light meter. It measures the direct light on a white ball around the fur, and takes the
+    /// geometric mean of two readings: the ball's mean radiance as the camera sees it, and that of its brightest place.
+    /// `None` without direct light.
+    pub fn metered(&self) -> Option<f32> {
+        let geometry = &self.geometry;
+        let (middle, radius) = geometry.sphere()?;
+        let place = |i: usize| middle + fibonacci(i, PLACES) * radius;
+        let lit = |i: usize| self.irradiance(place(i), fibonacci(i, PLACES), i as u32) / std::f64::consts::PI;
+        let readings: Vec<f64> = (0..PLACES).into_par_iter().map(lit).collect();
+        let toward = (geometry.view.eyes()[0] - middle).normalize_or(Vec3::Z);
+        let weights = (0..PLACES).map(|i| f64::from(fibonacci(i, PLACES).dot(toward).max(0.0)));
+        let (seen, all) = readings.iter().zip(weights).fold((0.0, 0.0), |(s, a), (x, w)| (s + w * x, a + w));
+        let brightest = readings.iter().copied().fold(0.0, f64::max);
+        let stops = -(seen / all * brightest).sqrt().log2();
+        stops.is_finite().then(|| ((stops / STEP).round() * STEP).clamp(-100.0, 100.0) as f32)
     }
+
+    /// The luminance of the direct light on a plane at a point.
+    fn irradiance(&self, point: Vec3, normal: Vec3, seed: u32) -> f64 {
+        let lights = &self.geometry.lights;
+        let one = |index: u64| {
+            let [x, y, z, _] = Sampler::new([seed, 0], index, 0).next();
+            let (light, sample) = lights.sample(0, point, [x, y, z])?;
+            let cos = normal.dot(sample.direction);
+            let ray = Ray { t_max: shadow_t_max(&sample), ..Ray::new(point, sample.direction) };
+            if cos <= 0.0 || self.geometry.shadows(&ray, light) {
+                return None;
+            }
+            let density = if sample.pdf.is_infinite() { 1.0 } else { sample.pdf };
+            Some(luminance(sample.radiance.map(|c| f64::from(c * cos / density))))
+        };
+        (0..METERED).filter_map(one).sum::<f64>() / METERED as f64
+    }
+}
+
+/// One of `count` directions that are evenly distributed.
+pub(crate) fn fibonacci(i: usize, count: usize) -> Vec3 {
+    let y = 1.0 - (2 * i + 1) as f32 / count as f32;
+    // The golden angle.
+    let (sin, cos) = (i as f32 * 2.399_963).sin_cos();
+    let r = (1.0 - y * y).sqrt();
+    Vec3::new(r * cos, y, r * sin)
 }

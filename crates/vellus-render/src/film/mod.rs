@@ -10,9 +10,11 @@ pub mod picture;
 pub mod png;
 mod sums;
 pub(crate) mod tiles;
+pub mod tone;
 mod values;
 
 pub use layer::Layer;
+pub(crate) use meter::fibonacci;
 
 use crate::error::Error;
 pub(crate) use crate::film::layout::Layout;

@@ -1,6 +1,7 @@
 //! Films as PNG files.
 
 use super::picture::{Notes, PIXELS_NOTE, check_claim};
+use super::tone::Display;
 use crate::error::Error;
 use crate::film::{Film, Layer};
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
@@ -17,39 +18,39 @@ impl Film {
         kept.then(|| places().map(|(x, y, c)| self.mean(x, y, layer, c) as f32).collect())
     }
 
-    /// The beauty times 2^`exposure` as eight-bit sRGB, three bytes a pixel, row by row. Values are clamped to [0, 1].
-    pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
-        self.layer_to_srgb(Layer::Beauty, 0, exposure)
+    /// The beauty as eight-bit sRGB, three bytes a pixel, row by row.
+    pub fn to_srgb(&self, display: Display) -> Vec<u8> {
+        self.layer_to_srgb(Layer::Beauty, 0, display)
     }
 
-    fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
-        let row = |y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c)));
-        let bytes = |y| srgb(row(y).map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure);
-        (0..self.height()).into_par_iter().flat_map_iter(bytes).collect()
+    fn layer_to_srgb(&self, layer: Layer, first: usize, display: Display) -> Vec<u8> {
+        let pixel = |x, y| display.encode([0, 1, 2].map(|c| self.mean(x, y, layer, first + c)));
+        let row = |y| (0..self.width()).flat_map(move |x| pixel(x, y));
+        (0..self.height()).into_par_iter().flat_map_iter(row).collect()
     }
 
-    /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`.
+    /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`, without a tone
+    /// curve.
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
     pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>, Error> {
-        self.encode_png(&self.layer_to_srgb(layer, first, exposure), png::ColorType::Rgb, &[])
+        self.encode_png(&self.layer_to_srgb(layer, first, Display::srgb(exposure)), png::ColorType::Rgb, &[])
     }
 
-    /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), times 2^`exposure`, with text
-    /// chunks for `notes` (names and values).
+    /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), with text chunks for `notes` (names and values).
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
     pub fn to_png(
         &self,
         denoised: Option<&[f32]>,
-        exposure: f32,
+        display: Display,
         notes: &[(String, String)],
     ) -> Result<Vec<u8>, Error> {
         let pixels = match denoised {
-            Some(denoised) => to_srgb(denoised, exposure),
-            None => self.to_srgb(exposure),
+            Some(denoised) => to_srgb(denoised, display),
+            None => self.to_srgb(display),
         };
         self.encode_png(&pixels, png::ColorType::Rgb, notes)
     }
@@ -62,7 +63,7 @@ impl Film {
     pub fn to_transparent_png(
         &self,
         denoised: Option<&[f32]>,
-        exposure: f32,
+        display: Display,
         notes: &[(String, String)],
     ) -> Result<Vec<u8>, Error> {
         let mut pixels = Vec::with_capacity(4 * self.width() * self.height());
@@ -73,7 +74,7 @@ impl Film {
                 None => self.mean(x, y, Layer::Beauty, c),
             };
             let color = [0, 1, 2].map(|c| if alpha > 0.0 { beauty(c) / alpha } else { 0.0 });
-            pixels.extend(srgb(color.into_iter(), exposure));
+            pixels.extend(display.encode(color));
             pixels.push((255.0 * alpha).round() as u8);
         }
         self.encode_png(&pixels, png::ColorType::Rgba, notes)
@@ -97,20 +98,9 @@ impl Film {
     }
 }
 
-/// Linear colours times 2^`exposure` as eight-bit sRGB. Values are clamped to [0, 1].
-pub fn to_srgb(values: &[f32], exposure: f32) -> Vec<u8> {
-    srgb(values.iter().map(|&v| f64::from(v)), exposure)
-}
-
-/// Values times 2^`exposure` as eight-bit sRGB.
-fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
-    let scale = f64::from(exposure.exp2());
-    let encode = |x: f64| {
-        let x = (x * scale).clamp(0.0, 1.0);
-        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * y).round() as u8
-    };
-    values.map(encode).collect()
+/// Linear colours, three values a pixel, as eight-bit sRGB.
+pub fn to_srgb(values: &[f32], display: Display) -> Vec<u8> {
+    values.chunks_exact(3).flat_map(|c| display.encode([c[0], c[1], c[2]].map(f64::from))).collect()
 }
 
 /// The notes of a file, and the digest of its pixels.

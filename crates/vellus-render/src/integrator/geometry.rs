@@ -58,6 +58,31 @@ impl Geometry {
         self.triangles.meshes().iter().chain(self.instances.meshes())
     }
 
+    /// Spheres around the fur, centres and radii: one around the strands in world space, and one around each of at most
+    /// `most` instances.
+    pub fn spheres(&self, most: usize) -> Vec<(Vec3, f32)> {
+        let (instances, count) = (&self.instances, self.instances.len().min(most));
+        let placed = (0..count).filter_map(|i| instances.fur_sphere(i * instances.len() / count));
+        self.curves.sphere().into_iter().chain(placed).collect()
+    }
+
+    /// A sphere around the fur, or around all meshes if there is none: its centre and radius.
+    pub fn sphere(&self) -> Option<(Vec3, f32)> {
+        let mut points: Vec<Vec3> = Vec::new();
+        for (centre, radius) in self.spheres(usize::MAX) {
+            points.extend([centre - Vec3::splat(radius), centre + Vec3::splat(radius)]);
+        }
+        if let [(only, radius)] = self.spheres(2)[..] {
+            return Some((only, radius));
+        }
+        if points.is_empty() {
+            points.extend(self.triangles.meshes().iter().flat_map(|mesh| &mesh.positions));
+        }
+        let low = points.iter().copied().reduce(Vec3::min)?;
+        let high = points.iter().copied().reduce(Vec3::max)?;
+        Some((0.5 * (low + high), (0.5 * (high - low).length()).max(f32::MIN_POSITIVE)))
+    }
+
     /// The index of what was hit: sets of strands first, then meshes.
     pub fn thing(&self, hit: &Hit) -> usize {
         match hit {

@@ -176,7 +176,7 @@ impl Path<'_> {
 const BEFORE: f32 = 0.9999;
 
 /// The length of a shadow ray.
-pub(super) fn shadow_t_max(sample: &LightSample) -> f32 {
+pub(crate) fn shadow_t_max(sample: &LightSample) -> f32 {
     sample.distance * BEFORE
 }
 

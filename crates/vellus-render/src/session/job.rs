@@ -260,7 +260,7 @@ impl Job {
         if complete {
             keeper.remove();
         }
-        if let Some(hint) = Hint::new(world, &checkpoint.film, self.picture.exposure) {
+        if let Some(hint) = Hint::new(world, &checkpoint.film, self.picture.display.exposure) {
             report(Event::Hint(hint));
         }
         Ok(Outcome { end, checkpoint, files, kept })

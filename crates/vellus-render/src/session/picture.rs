@@ -1,5 +1,6 @@
 //! Pictures as files.
 
+use crate::Display;
 use super::event::Event;
 use super::goals::{End, Goals};
 use super::identity::IDENTITY_NOTE;
@@ -20,8 +21,8 @@ pub struct Picture {
     pub layers: Vec<Layer>,
     /// The type of colours in the OpenEXR file.
     pub pixel_type: PixelType,
-    /// Stops by which the PNG is brighter.
-    pub exposure: f32,
+    /// How the PNG shows the picture.
+    pub display: Display,
     /// Text attributes in the header of both files: names and values. If [`BACKGROUND_NOTE`] is `transparent`, the PNG
     /// has an alpha channel.
     pub notes: Notes,
@@ -50,7 +51,7 @@ impl Picture {
             path: path.into(),
             layers: Layer::ALL.to_vec(),
             pixel_type: PixelType::Half,
-            exposure: 0.0,
+            display: Display::default(),
             notes: Vec::new(),
         }
     }
@@ -71,7 +72,7 @@ impl Picture {
         }
         let transparent = self.notes.iter().any(|(name, value)| name == BACKGROUND_NOTE && value == "transparent");
         let encode = if transparent { Film::to_transparent_png } else { Film::to_png };
-        write(&png, &encode(film, denoised, self.exposure, &self.notes)?)?;
+        write(&png, &encode(film, denoised, self.display, &self.notes)?)?;
         written.push(png);
         Ok(written)
     }

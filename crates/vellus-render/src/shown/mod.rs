@@ -17,6 +17,7 @@ use crate::integrator::path::{Shared, Trace, camera_ray};
 use crate::integrator::settings::{Mode, Settings};
 use crate::integrator::view::View;
 use crate::film::layout::Layout;
+use crate::film::fibonacci;
 use crate::light::{Lighting, Lights};
 use crate::shading::fibers::Fibers;
 use glam::{Mat3, Vec3, Vec4Swizzles};
@@ -214,10 +215,7 @@ fn shown(seen: &[Seen], look: usize, table: &CoatColors) -> Option<Shown> {
 
 /// Looks at coats from all sides.
 fn look_at(geometry: &mut Geometry, roots: &Roots) -> Seen {
-    let own = geometry.curves.sphere();
-    let instances = &geometry.instances;
-    let placed = (0..instances.len().min(VIEWS)).map(|i| i * instances.len() / instances.len().min(VIEWS));
-    let spheres: Vec<(Vec3, f32)> = own.into_iter().chain(placed.filter_map(|i| instances.fur_sphere(i))).collect();
+    let spheres = geometry.spheres(VIEWS);
     let angle = 2.0 * (1.0 / DISTANCE).atan();
     let settings = Settings { mode: Mode::Near, ..Settings::new([SIZE; 2]) };
     let layout = Layout::new(&[], &[]);
@@ -230,10 +228,7 @@ fn look_at(geometry: &mut Geometry, roots: &Roots) -> Seen {
     let skin = geometry.looks.len();
     let mut seen: Seen = vec![([0.0; 3], 0); skin + 1];
     for (i, &(middle, radius)) in spheres.iter().cycle().take(VIEWS).enumerate() {
-        // A Fibonacci lattice on the sphere.
-        let z = 1.0 - (2 * i + 1) as f32 / VIEWS as f32;
-        let phi = i as f32 * 2.399_963;
-        let toward = Vec3::new((1.0 - z * z).sqrt() * phi.cos(), z, (1.0 - z * z).sqrt() * phi.sin());
+        let toward = fibonacci(i, VIEWS);
         let up = toward.any_orthonormal_vector();
         geometry.set_view(View::new(Camera::look_at(middle + DISTANCE * radius * toward, middle, up, angle, 1.0)));
         let geometry = &*geometry;
