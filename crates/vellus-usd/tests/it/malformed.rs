@@ -35,7 +35,7 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
     let table: Vec<(String, &[&str])> = vec![
         (String::new(), &["nothing to render"]),
         ("def Xform \"a\" {}".to_owned(), &["nothing to render"]),
-        (curves(""), &["nothing to render (/c: it has no curves)"]),
+        (curves(""), &["nothing to render: it has 1 BasisCurves (empty or left out) (/c: it has no curves)"]),
         (curves(&format!("{linear}{points}{counts}")), &["/c: it has no widths", "--width"]),
         (
             curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [10000000]")),

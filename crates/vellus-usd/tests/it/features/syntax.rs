@@ -128,6 +128,22 @@ fn old_types_and_samples_of_files_are_read() {
     assert_eq!((scene.strands[0].points.len(), said(&warnings).as_str()), (4, ""));
 }
 
+/// A path as the value of a token is its text, as in OpenUSD. Connections and relationships stay paths.
+#[test]
+fn paths_as_words_and_vectors_in_lower_case_are_read() {
+    let (scene, warnings) = scene(&format!(
+        "def BasisCurves \"c\" {{ {} rel material:binding = </m> vec3f[] extent = [(0, 0, 0), (3, 0, 0)]
+            custom string from = </somewhere/else> custom token to = </c.points> ( doc = \"x\" ) }}
+        def Material \"m\" {{ token outputs:ri:surface = </m/other.outputs:out>
+            token outputs:surface.connect = </m/s.outputs:surface>
+            def Shader \"s\" {{ uniform token info:id = \"VellusFur\" float inputs:eta = 1.4
+                token outputs:surface }} }}",
+        FOUR.replace("point3f[]", "vec3f[]")
+    ));
+    assert_eq!((scene.strands[0].points.len(), said(&warnings).as_str()), (4, ""));
+    assert_eq!(scene.looks[scene.strands[0].look].fiber.eta, 1.4);
+}
+
 /// Layers of the oldest versions of the binary format that Pixar's library still writes.
 #[test]
 fn old_binary_layers_are_read() {
