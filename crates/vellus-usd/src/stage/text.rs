@@ -365,6 +365,9 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     new.replace(last_word, b"");
                 }
                 last_word = at..at + used;
+                if word == "rel" {
+                    declared = "";
+                }
                 if let Some(is_array) = before_name(&rest[used..]) {
                     declared = if is_array { "" } else { word };
                     // Types that the parser does not know. What it reads instead has the same values.

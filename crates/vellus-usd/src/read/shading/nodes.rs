@@ -24,7 +24,8 @@ pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value
         id if id.starts_with("ND_clamp_") => {
             of("in", 0.0)?.with(of("low", 0.0)?, each(f64::max)).with(of("high", 1.0)?, each(f64::min))
         }
-        id if id.starts_with("ND_extract_") => {
+        // Values of two numbers are not read.
+        id if id.starts_with("ND_extract_") && id != "ND_extract_vector2" => {
             let Value::Constant([index, ..]) = of("index", 0.0)? else { return Ok(None) };
             // Alpha is not read.
             let Some(channel) = [0.0, 1.0, 2.0].iter().position(|known| *known == index) else { return Ok(None) };

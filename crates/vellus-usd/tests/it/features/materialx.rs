@@ -170,9 +170,14 @@ fn nodes_that_compute_are_read() {
         near(scene.looks[0].fiber.eta, 1.4);
         assert!(!said(&warnings).contains("is not mapped"), "{id}: {}", said(&warnings));
     }
-    let alpha = node("n", "extract_color4", "color4f inputs:in = (1.2, 1.3, 1.4, 1) int inputs:index = 3");
-    let (_, warnings) = read_text(&ior(&alpha), &Options::default()).unwrap();
-    assert!(said(&warnings).contains("inputs:ior: a ND_extract_color4 is not mapped"), "{}", said(&warnings));
+    for (id, inputs) in [
+        ("extract_color4", "color4f inputs:in = (1.2, 1.3, 1.4, 1) int inputs:index = 3"),
+        ("extract_vector2", "float2 inputs:in = (1.2, 1.3)"),
+    ] {
+        let (_, warnings) = read_text(&ior(&node("n", id, inputs)), &Options::default()).unwrap();
+        let expected = format!("inputs:ior: a ND_{id} is not mapped");
+        assert!(said(&warnings).contains(&expected), "{}", said(&warnings));
+    }
 }
 
 /// A document whose material is a node `coat` of its own. Its graph has a node `pigment` of its own.

@@ -132,7 +132,8 @@ fn old_types_and_samples_of_files_are_read() {
 #[test]
 fn paths_as_words_and_vectors_in_lower_case_are_read() {
     let (scene, warnings) = scene(&format!(
-        "def BasisCurves \"c\" {{ {} rel material:binding = </m> vec3f[] extent = [(0, 0, 0), (3, 0, 0)]
+        "def BasisCurves \"c\" {{ {} custom token word = \"a\" rel
+            material:binding = </m> vec3f[] extent = [(0, 0, 0), (3, 0, 0)]
             custom string from = </somewhere/else> custom token to = </c.points> ( doc = \"x\" ) }}
         def Material \"m\" {{ token outputs:ri:surface = </m/other.outputs:out>
             token outputs:surface.connect = </m/s.outputs:surface>
