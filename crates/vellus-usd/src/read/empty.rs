@@ -15,6 +15,8 @@ const MOST_ROOTS: usize = 3;
 pub(crate) fn reason(stage: &Stage, places: &[Place]) -> Result<String, Invalid> {
     let tally = |all: &mut Vec<(String, usize)>, what: String| match all.iter_mut().find(|(known, _)| *known == what) {
         Some((_, count)) => *count += 1,
+        // One more than are named: then there are others.
+        None if all.len() > MOST_KINDS => {}
         None => all.push((what, 1)),
     };
     let (mut drawn, mut others) = (Vec::new(), Vec::new());
