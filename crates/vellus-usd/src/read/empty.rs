@@ -13,9 +13,9 @@ const MOST_ROOTS: usize = 3;
 
 /// Which prims a stage has, and why they are not in a picture: one sentence.
 pub(crate) fn reason(stage: &Stage, places: &[Place]) -> Result<String, Invalid> {
-    let tally = |all: &mut Vec<(String, usize)>, what: String| match all.iter_mut().find(|(known, _)| *known == what) {
-        Some((_, count)) => *count += 1,
-        // One more than are named: then there are others.
+    // One kind more than are named: then there are others.
+    let tally = |all: &mut Vec<(String, usize)>, what: String| match all.iter().position(|(known, _)| *known == what) {
+        Some(i) => all[i].1 += 1,
         None if all.len() > MOST_KINDS => {}
         None => all.push((what, 1)),
     };

@@ -86,8 +86,8 @@ impl Stage {
         })
     }
 
-    /// Notes that a prim is not composed.
-    fn leave_out(&self, prim: &str, what: String) -> Result<(), Failure> {
+    /// Notes that a prim is not composed, or that a property of it has no valid name.
+    pub(super) fn leave_out(&self, prim: &str, what: String) -> Result<(), Failure> {
         let mut left_out = self.left_out.borrow_mut();
         left_out.push((prim.to_owned(), what));
         // Each may have taken a long walk.

@@ -1,6 +1,7 @@
 //! The names of a prim's properties, and which of them were asked for.
 
 use super::Stage;
+use super::names::check_property;
 use crate::error::Error;
 use openusd::tf::Token;
 use std::cell::Cell;
@@ -79,7 +80,14 @@ impl Stage {
         let known = self.properties.borrow().get(&composed).cloned();
         let names = match known {
             Some(names) => names,
-            None => self.ask(prim, |prim| Ok(Rc::new(Properties::new(self.stage.prim(prim).property_names()?))))?,
+            None => self.ask(prim, |prim| {
+                let mut names = self.stage.prim(prim).property_names()?;
+                if let Some(Err(what)) = names.iter().map(|name| check_property(name)).find(Result::is_err) {
+                    self.leave_out(prim, what.0)?;
+                    names.retain(|name| check_property(name).is_ok());
+                }
+                Ok(Rc::new(Properties::new(names)))
+            })?,
         };
         self.properties.borrow_mut().entry(composed).or_insert_with(|| names.clone());
         *self.last.borrow_mut() = (prim.to_owned(), names.clone());
