@@ -49,6 +49,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         let file = format!("{}/../crates/vellus-usd/tests/data/images/{name}.jpg", env!("CARGO_MANIFEST_DIR"));
         save("image", &format!("{name}.jpg"), &std::fs::read(file)?)?;
     }
+    for (name, channels) in [("Y", &["Y"][..]), ("layer", &["coat.R", "coat.G", "coat.B"])] {
+        use exr::prelude::*;
+        let plane = |channel: &&str| AnyChannel::new(*channel, FlatSamples::F16(vec![f16::from_f32(0.5); 8]));
+        let channels = AnyChannels::sort(channels.iter().map(plane).collect());
+        let mut bytes = Cursor::new(Vec::new());
+        let layer = exr::prelude::Layer::new((4, 2), LayerAttributes::named("a"), Encoding::SMALL_LOSSLESS, channels);
+        Image::from_layer(layer).write().to_buffered(&mut bytes)?;
+        save("image", &format!("{name}.exr"), &bytes.into_inner())?;
+    }
     let mut bytes = std::io::Cursor::new(Vec::new());
     let pixels: Vec<u16> = (0..48).collect();
     tiff::encoder::TiffEncoder::new(&mut bytes)?.write_image::<tiff::encoder::colortype::RGB16>(4, 4, &pixels)?;
@@ -73,11 +82,34 @@ fn main() -> Result<(), Box<dyn Error>> {
     vellus_usd::write(&alone, &at("alone.usda"))?;
     save("usda", "scene.usda", &text)?;
     save("usda", "alone.usda", &std::fs::read(at("alone.usda"))?)?;
-    for usd in ["scene", "alone"] {
+    let home = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (own, tests) = (home.join("seeds"), home.join("../crates/vellus-usd/tests/data"));
+    for text in [own.join("body.usda"), tests.join("chiang.usda"), tests.join("programs.usda")] {
+        let file = text.file_name().ok_or("it has a name")?.to_string_lossy().into_owned();
+        std::fs::copy(&text, at(&file))?;
+        save("usda", &file, &std::fs::read(&text)?)?;
+    }
+    for document in [own.join("own_nodes.mtlx"), tests.join("hair.mtlx")] {
+        let file = document.file_name().ok_or("it has a name")?.to_string_lossy().into_owned();
+        save("mtlx", &file, &std::fs::read(&document)?)?;
+    }
+    for usd in ["scene", "alone", "body"] {
         let binary = at(&format!("{usd}.usdc"));
         let stage = openusd::usd::Stage::builder().open(&name(at(&format!("{usd}.usda"))))?;
         stage.root_layer().export(name(binary.clone()))?;
-        save("usdc", &format!("{usd}.usdc"), &std::fs::read(binary)?)?;
+        save("usdc", &format!("{usd}.usdc"), &std::fs::read(&binary)?)?;
+    }
+    for binary in std::fs::read_dir(tests.join("usdc"))?.chain(std::fs::read_dir(tests.join("blender"))?) {
+        let binary = binary?.path();
+        if binary.extension().is_some_and(|kind| kind == "usdc") {
+            save("usdc", &binary.file_name().ok_or("it has a name")?.to_string_lossy(), &std::fs::read(&binary)?)?;
+        }
+    }
+    // Our own writer, and the tables of the oldest versions.
+    vellus_usd::write(&alone, &at("written.usdc"))?;
+    save("usdc", "written.usdc", &std::fs::read(at("written.usdc"))?)?;
+    for version in [0, 1] {
+        save("usdc", &format!("old{version}.usdc"), &old_layer(version))?;
     }
     for (layer, bytes) in [("scene.usda", &text), ("scene.usdc", &std::fs::read(at("scene.usdc"))?)] {
         let mut package = openusd::usdz::ArchiveWriter::new(Cursor::new(Vec::new()));
@@ -86,6 +118,33 @@ fn main() -> Result<(), Box<dyn Error>> {
         save("usdz", &format!("{layer}.usdz"), &package.finish()?.into_inner())?;
     }
     Ok(())
+}
+
+/// A binary layer of version 0.0 or 0.1, with the prims /a, /a/b and /c, and the property /a.x. There is no writer for
+/// these.
+fn old_layer(minor: u8) -> Vec<u8> {
+    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>();
+    // The first version has 4 bytes without meaning before each path and spec.
+    let row = |row: &[u32]| words(&[if minor == 0 { &[0][..] } else { &[] }, row].concat());
+    let tokens = [words(&[5, 0, 20, 0]), b"x\0a\0b\0c\0specifier\0".to_vec()].concat();
+    let fields = words(&[1, 0, 0, 4, 0, 0x400b << 16]);
+    let specs = [words(&[3, 0]), row(&[0, 0, 7]), row(&[1, 0, 6]), row(&[3, 0, 1])].concat();
+    let before = 24 + tokens.len() + fields.len() + 16 + specs.len() + 8;
+    let sibling = ((before + 4 * row(&[0; 3]).len() + 8) as u64).to_le_bytes().to_vec();
+    let tree = [row(&[0, 0, 1]), row(&[1, 1, 3]), sibling, row(&[2, 2, 2]), row(&[3, 0, 4]), row(&[4, 3, 0])];
+    let paths = [words(&[5, 0]), tree.concat()].concat();
+    let mut bytes = [b"PXR-USDC\0".as_slice(), &[minor], &[0; 14]].concat();
+    let mut table = 5u64.to_le_bytes().to_vec();
+    let sets = words(&[2, 0, 0, u32::MAX]);
+    let parts = [("TOKENS", tokens), ("FIELDS", fields), ("FIELDSETS", sets), ("SPECS", specs), ("PATHS", paths)];
+    for (name, section) in parts {
+        table.extend([name.as_bytes(), &vec![0; 16 - name.len()]].concat());
+        table.extend([bytes.len() as u64, section.len() as u64].iter().flat_map(|place| place.to_le_bytes()));
+        bytes.extend(section);
+    }
+    let place = (bytes.len() as u64).to_le_bytes();
+    bytes[16..24].copy_from_slice(&place);
+    [bytes, table].concat()
 }
 
 /// A .tfx file of 3 strands with 4 points and uv. There is no writer for this format.

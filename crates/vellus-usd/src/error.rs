@@ -39,11 +39,11 @@ pub enum Error {
         what: String,
     },
     /// The stage has no visible strand and no visible mesh.
-    #[error("{}: nothing to render{skipped}", file.display())]
+    #[error("{}: nothing to render: {skipped}", file.display())]
     Empty {
         /// The file.
         file: PathBuf,
-        /// The unsupported prims of the file, in brackets, or an empty string.
+        /// What the stage has instead, and its warnings in brackets.
         skipped: String,
     },
     /// The scene is not valid: see [`vellus_scene::Scene::validate`].

@@ -46,6 +46,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         return Ok(());
     }
     let radii = radii(reader, place, &layout, base)?;
+    warn_of_widths(reader, prim, base)?;
     let opened = to_world(&layout, &open, &place.to_world);
     let moved = close.map(|close| to_world(&layout, &close, &place.moved)).filter(|closed| *closed != opened);
     let starts = layout.starts();
@@ -236,6 +237,34 @@ fn root_uv(
         }));
     }
     Ok(None)
+}
+
+/// Primvars of OpenUSD's renderer that change widths: the value without effect, and what happens instead.
+const OTHER_WIDTHS: [(&str, f32, &str); 3] = [
+    ("primvars:screenSpaceWidths", 0.0, "its widths are pixels in other renderers, and are read as scene units"),
+    ("primvars:minScreenSpaceWidths", 0.0, "its strands may be thinner than so many pixels (--min-pixel-width)"),
+    (
+        "primvars:pointSizeScale",
+        1.0,
+        "other programs enlarge curves that they draw as points; its widths do not change",
+    ),
+];
+
+/// Names primvars that change the widths elsewhere.
+fn warn_of_widths(reader: &mut Reader, prim: &str, base: When) -> Result<(), Error> {
+    for (name, idle, instead) in OTHER_WIDTHS {
+        let has_effect = match inherited(reader.stage, prim, name, base) {
+            Ok(found) => found.is_some_and(|found| found.values.values.iter().any(|x| *x != idle)),
+            Err(error) => {
+                reader.ignore(prim, error)?;
+                false
+            }
+        };
+        if has_effect {
+            reader.warnings.add(prim, format!("{name} is not supported: {instead}"));
+        }
+    }
+    Ok(())
 }
 
 /// Prefix of the primvars for parameters of the fibre.

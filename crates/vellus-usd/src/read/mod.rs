@@ -4,6 +4,7 @@ mod camera;
 mod color;
 mod context;
 mod curves;
+mod empty;
 mod instances;
 mod layout;
 mod ledger;
@@ -74,7 +75,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     let (units, ignored) = stage.units().map_err(broken)?;
     reader.scene.units = Some(units);
     ignored.iter().for_each(|what| reader.warnings.add("/", *what));
-    let settings = read_prims(&mut reader, file, &paths)?;
+    let (settings, places) = read_prims(&mut reader, file, &paths)?;
     // Composition goes on while prims are read.
     for (place, what) in stage.composition_faults().map_err(broken)? {
         let what = format!("{what}: what it would bring in is left out");
@@ -89,6 +90,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
         let skipped: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
+        let skipped = empty::reason(&stage, &places).unwrap_or_else(String::from) + &skipped;
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
@@ -134,7 +136,11 @@ fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, 
     Ok((look.fiber, reader.warnings.into_vec()))
 }
 
-fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Option<RenderSettings>, Error> {
+fn read_prims(
+    reader: &mut Reader,
+    file: &Path,
+    paths: &[String],
+) -> Result<(Option<RenderSettings>, Vec<Place>), Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
     let settings = settings::read(reader, paths)?;
@@ -203,7 +209,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Opti
             continue;
         }
         let kind = place.type_name.as_str();
-        let is_shape = ["BasisCurves", "HermiteCurves", "Mesh", "GeomSubset"].contains(&kind) || SHAPES.contains(&kind);
+        let is_shape = kind == "GeomSubset" || is_drawn(kind);
         if place.type_name == "PointInstancer" && inside.is_none() {
             reader.attempt(&place.path, |reader| {
                 instances::point_instancer(reader, place, &places, &mut point_prototypes)
@@ -213,7 +219,12 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Opti
         }
     }
     link::read(reader, &places)?;
-    Ok(settings.picture)
+    Ok((settings.picture, places))
+}
+
+/// Whether prims of a type are strands or meshes in a picture.
+fn is_drawn(kind: &str) -> bool {
+    ["BasisCurves", "HermiteCurves", "Mesh"].contains(&kind) || SHAPES.contains(&kind)
 }
 
 /// Whether a shutter opens and closes in this order.
@@ -226,7 +237,7 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         "BasisCurves" | "HermiteCurves" => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
         shape if SHAPES.contains(&shape) => shapes::read(reader, place),
-        "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" | "CylinderLight" => {
+        light if LIGHTS.contains(&light) => {
             reader.prim(&place.path)?;
             light::read(reader, place)
         }
@@ -237,14 +248,12 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             }
             Ok(())
         }
-        // Other renderers show these.
-        "NurbsCurves" | "NurbsPatch" | "Points" | "TetMesh" | "Volume" | "GeometryLight" | "PortalLight"
-        | "PluginLight" => {
+        known if UNSUPPORTED.contains(&known) => {
             reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }
         // Groups: what they have is inherited.
-        "" | "Scope" | "Xform" | "SkelRoot" => reader.prim(&place.path).map(|_| ()),
+        group if GROUPS.contains(&group) => reader.prim(&place.path).map(|_| ()),
         // Prims that are read where others refer to them, and those that are nowhere in a picture.
         known if UNSEEN.contains(&known) || known.starts_with("Physics") => Ok(()),
         unknown => {
@@ -253,6 +262,15 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         }
     }
 }
+
+const LIGHTS: [&str; 7] =
+    ["DomeLight", "DomeLight_1", "DistantLight", "RectLight", "DiskLight", "SphereLight", "CylinderLight"];
+
+/// Types of prims that other renderers show.
+const UNSUPPORTED: [&str; 8] =
+    ["NurbsCurves", "NurbsPatch", "Points", "TetMesh", "Volume", "GeometryLight", "PortalLight", "PluginLight"];
+
+const GROUPS: [&str; 4] = ["", "Scope", "Xform", "SkelRoot"];
 
 /// Types of prims that are not in a picture by themselves.
 const UNSEEN: [&str; 25] = [

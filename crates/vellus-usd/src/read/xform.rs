@@ -20,9 +20,23 @@ pub(crate) struct Place {
     /// Whether the prim is visible, and neither a guide nor a proxy.
     pub shown: bool,
     visible: bool,
+    /// Whether the prim or an ancestor could not be read.
+    broken: bool,
     purpose: String,
     /// Whether an ancestor is a point instancer, which draws its prototypes itself.
     pub swallowed: bool,
+}
+
+impl Place {
+    /// Why a prim is not shown, in a few words. `None` if it is shown.
+    pub fn hidden(&self) -> Option<String> {
+        match (self.shown, self.visible) {
+            (true, _) => None,
+            (false, false) if self.broken => Some("left out, or below a prim that is".to_owned()),
+            (false, false) => Some("invisible".to_owned()),
+            (false, true) => Some(format!("purpose {}", self.purpose)),
+        }
+    }
 }
 
 /// All prims of a stage, parents before children.
@@ -54,10 +68,12 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
         let is_visible = word("visibility")?.as_deref() != Some("invisible");
         Ok((local, resets, moved, is_visible, word("purpose")?, stage.type_name(path)?))
     };
+    let mut broken = parent.is_some_and(|p| p.broken);
     let (local, resets, local_moved, is_visible, purpose, type_name) = match read() {
         Ok(read) => read,
         Err(error) => {
             reader.fault(Fault::Prim, path, error, "it and what is in it are left out")?;
+            broken = true;
             (DMat4::IDENTITY, false, DMat4::IDENTITY, false, None, String::new())
         }
     };
@@ -72,6 +88,7 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
         moved: parent_or(|p| p.moved) * local_moved,
         shown: visible && !matches!(purpose.as_str(), "guide" | "proxy"),
         visible,
+        broken,
         purpose,
         swallowed: parent.is_some_and(|p| p.swallowed || p.type_name == "PointInstancer"),
     })

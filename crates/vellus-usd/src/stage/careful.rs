@@ -5,7 +5,7 @@ use super::arcs::{Arc, LayerArcs, absolute};
 use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
 use super::names::{check_default, check_expression, check_name, check_path};
-use super::old_crate::{version, with_new_tables, with_new_times};
+use super::old_crate::{version, with_new_tables, with_new_values};
 use super::text::{Content, Text, normalized};
 use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
@@ -208,7 +208,8 @@ fn renewed(bytes: Vec<u8>) -> Result<Vec<u8>, Invalid> {
     let bytes = with_new_tables(bytes)?;
     check_tables(&bytes)?;
     let file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(&bytes))?))?;
-    let renewed = with_new_times(&bytes, file.fields.iter().map(|field| field.value_rep.0))?;
+    let fields: Vec<_> = file.fields.iter().map(|field| (field.token_index, field.value_rep.0)).collect();
+    let renewed = with_new_values(&bytes, &fields)?;
     Ok(renewed.unwrap_or(bytes))
 }
 

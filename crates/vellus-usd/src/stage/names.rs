@@ -13,6 +13,14 @@ pub(super) fn check_name(name: &str) -> Result<(), Invalid> {
     Err(format!("a prim is called {name:?}: a name has only letters, digits and underscores").into())
 }
 
+/// Checks the name of a property. A text layer has no others.
+pub(super) fn check_property(name: &str) -> Result<(), Invalid> {
+    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | ':') || !c.is_ascii()) {
+        return Ok(());
+    }
+    Err(format!("a property is called {name:?}: a name has only letters, digits, underscores and colons").into())
+}
+
 /// Checks the default prim of a layer: a name, a path, or nothing.
 pub(super) fn check_default(prim: &str) -> Result<(), Invalid> {
     let names = prim.strip_prefix('/').unwrap_or(prim);
@@ -58,6 +66,12 @@ pub(super) fn check_expression(text: &str) -> Result<usize, Invalid> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_of_properties_are_no_paths() {
+        assert!(["a", "inputs:a_1", "größe"].iter().all(|name| check_property(name).is_ok()));
+        assert!(["", "}", "a}b", "a.b", "a/b", "a b", "a[b]"].iter().all(|name| check_property(name).is_err()));
+    }
 
     #[test]
     fn paths_have_pairs_of_braces_and_no_empty_names() {

@@ -1,15 +1,22 @@
 //! Rewrites binary layers of versions before 0.7 in a form that `openusd` reads.
 //!
-//! Before 0.4, the tables were not compressed. Before 0.7, `openusd` misreads the times of samples.
+//! Before 0.4, the tables were not compressed. Before 0.7, `openusd` misreads the times of samples and arrays of
+//! strings, and may ask for so much memory that the program ends.
 
-use super::usdc_check::Cursor;
+use super::usdc_check::{Cursor, DEEPEST};
 use crate::error::Invalid;
 use crate::write::crate_file::{MOST_BYTES, lz4, pack_integers};
 use std::collections::HashMap;
 
-/// The bits of a value that is an array of doubles, and of one that is a vector of them.
-const DOUBLES: u64 = 1 << 63 | 9 << 48;
-const DOUBLE_VECTOR: u64 = 48;
+/// The bit of arrays, and the type of an array of doubles.
+const ARRAY: u64 = 1 << 63;
+const DOUBLES: u64 = 9 << 48;
+/// Types of values.
+const STRING: u64 = 10;
+const ASSET: u64 = 12;
+const DICTIONARY: u64 = 31;
+const SAMPLES: u64 = 46;
+const LIST_OF_DOUBLES: u64 = 48;
 /// The bits of a value that are its position.
 const POSITION: u64 = 0xffff_ffff_ffff;
 
@@ -136,44 +143,116 @@ fn paths(mut at: Cursor, is_padded: bool, tokens: u64) -> Result<Vec<u8>, Invali
     Ok([&count.to_le_bytes()[..], &encoded, &columns.concat()].concat())
 }
 
-/// The layer with the times of samples as arrays, and nothing if it has none that `openusd` misreads.
-pub(crate) fn with_new_times(
-    bytes: &[u8],
-    representations: impl Iterator<Item = u64>,
-) -> Result<Option<Vec<u8>>, Invalid> {
-    let old = version(bytes)?;
-    let mut new = bytes.to_vec();
-    let mut moved = HashMap::new();
-    for value in representations.filter(|value| value >> 48 & 0xff == 46 && value >> 62 == 0) {
-        let mut at = Cursor { bytes, at: value & POSITION };
-        at.follow()?;
-        let place = usize::try_from(at.at).unwrap_or(usize::MAX);
-        let times = at.u64()?;
-        if times >> 48 != DOUBLE_VECTOR {
-            continue;
-        }
-        let array = match moved.get(&times) {
-            Some(known) => *known,
-            None => {
-                let mut at = Cursor { bytes, at: times & POSITION };
-                let count = u32::try_from(at.u64()?).map_err(|_| "a value has too many samples")?;
-                let numbers = at.bytes(8 * u64::from(count))?;
-                let array = DOUBLES | new.len() as u64;
-                if old < [0, 5, 0] {
-                    new.extend(1u32.to_le_bytes());
-                }
-                new.extend(count.to_le_bytes());
-                new.extend(numbers);
-                if new.len() > 2 * bytes.len() {
-                    return Err("the times of samples overlap".into());
-                }
-                moved.insert(times, array);
-                array
-            }
-        };
-        new[place..place + 8].copy_from_slice(&array.to_le_bytes());
+/// The layer with the values as they are in version 0.7, as far as `openusd` misreads them: lists of doubles, such as
+/// the times of samples, and arrays of strings and files, whose number must have 8 bytes. `fields` has the token and the
+/// value of each field. Nothing if there are none.
+pub(crate) fn with_new_values(bytes: &[u8], fields: &[(usize, u64)]) -> Result<Option<Vec<u8>>, Invalid> {
+    let mut values =
+        Values { bytes, old: version(bytes)?, new: bytes.to_vec(), moved: HashMap::new(), budget: bytes.len() };
+    let new: Vec<u64> = fields.iter().map(|&(_, value)| values.renew(value, 0)).collect::<Result<_, _>>()?;
+    if new.iter().zip(fields).any(|(new, (_, old))| new != old) {
+        let table = [
+            (new.len() as u64).to_le_bytes().to_vec(),
+            pack_integers(fields.iter().map(|&(token, _)| token as i32)),
+            lz4(&new.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>()),
+        ];
+        values.replace_section(b"FIELDS", &table.concat())?;
     }
-    Ok((!moved.is_empty()).then_some(new))
+    Ok((values.new.len() > bytes.len()).then_some(values.new))
+}
+
+/// The values of an old layer, while new ones are written behind all else.
+struct Values<'a> {
+    bytes: &'a [u8],
+    old: [u8; 3],
+    new: Vec<u8>,
+    /// The new values of old ones.
+    moved: HashMap<u64, u64>,
+    /// How many more values may be visited: a file has fewer than bytes, unless values contain each other.
+    budget: usize,
+}
+
+impl Values<'_> {
+    /// The value that takes the place of another one. Values inside it are replaced where they are.
+    fn renew(&mut self, value: u64, depth: usize) -> Result<u64, Invalid> {
+        if depth > DEEPEST || self.budget == 0 {
+            return Err("values are nested in a circle".into());
+        }
+        self.budget -= 1;
+        let mut at = Cursor { bytes: self.bytes, at: value & POSITION };
+        match (value >> 48 & 0xff, value >> 62) {
+            (DICTIONARY, 0) => {
+                for _ in 0..at.u64()? {
+                    at.u32()?;
+                    at.follow()?;
+                    self.renew_at(&mut at, depth)?;
+                }
+            }
+            (SAMPLES, 0) => {
+                at.follow()?;
+                self.renew_at(&mut at, depth)?;
+                at.follow()?;
+                for _ in 0..at.u64()? {
+                    self.renew_at(&mut at, depth)?;
+                }
+            }
+            (LIST_OF_DOUBLES, 0) => {
+                let count = u32::try_from(at.u64()?).map_err(|_| "a value has too many samples")?;
+                let rank = if self.old < [0, 5, 0] { &1u32.to_le_bytes()[..] } else { &[] };
+                let head = [rank, &count.to_le_bytes()].concat();
+                return self.moved_to(value, ARRAY | DOUBLES, &head, at.bytes(8 * u64::from(count))?);
+            }
+            // An empty array has no position.
+            (STRING | ASSET, 2) if at.at != 0 => {
+                if self.old < [0, 5, 0] {
+                    at.u32()?;
+                }
+                let count = at.u32()?;
+                return self.moved_to(value, value & !POSITION, &count.to_le_bytes(), at.bytes(4 * count)?);
+            }
+            _ => {}
+        }
+        Ok(value)
+    }
+
+    /// Renews the next value, whose bits are here.
+    fn renew_at(&mut self, at: &mut Cursor, depth: usize) -> Result<(), Invalid> {
+        let place = usize::try_from(at.at).unwrap_or(usize::MAX);
+        let new = self.renew(at.u64()?, depth + 1)?;
+        self.new[place..place + 8].copy_from_slice(&new.to_le_bytes());
+        Ok(())
+    }
+
+    /// Appends a value, and returns its bits.
+    fn moved_to(&mut self, old: u64, kind: u64, head: &[u8], items: &[u8]) -> Result<u64, Invalid> {
+        if let Some(known) = self.moved.get(&old) {
+            return Ok(*known);
+        }
+        let new = kind | self.new.len() as u64;
+        self.new.extend([head, items].concat());
+        if self.new.len() > 2 * self.bytes.len() {
+            return Err("the values of an old layer overlap".into());
+        }
+        self.moved.insert(old, new);
+        Ok(new)
+    }
+
+    /// Appends a table, and changes its position in the table of contents.
+    fn replace_section(&mut self, wanted: &[u8], table: &[u8]) -> Result<(), Invalid> {
+        let mut contents = Cursor { bytes: self.bytes, at: Cursor { bytes: self.bytes, at: 16 }.u64()? };
+        for _ in 0..contents.u64()? {
+            let name = contents.array::<16>()?;
+            let entry = usize::try_from(contents.at).unwrap_or(usize::MAX);
+            contents.skip(2, 8)?;
+            if name.starts_with(wanted) && name[wanted.len()] == 0 {
+                let place = [self.new.len() as u64, table.len() as u64];
+                self.new[entry..entry + 8].copy_from_slice(&place[0].to_le_bytes());
+                self.new[entry + 8..entry + 16].copy_from_slice(&place[1].to_le_bytes());
+            }
+        }
+        self.new.extend_from_slice(table);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -195,15 +274,21 @@ mod tests {
         let specs = [words(&[2, 0]), spec(1, 6), spec(3, 1)].concat();
         let header = |path: u32, token: u32, bits: u32| words(&[padding, &[path, token, bits]].concat());
         let size = header(0, 0, 0).len() as u64;
-        let before = (24 + tokens.len() + fields.len() + sets.len() + specs.len() + 8) as u64;
+        let strings = words(&[2, 0, 3, 1]);
+        let before = (24 + tokens.len() + strings.len() + fields.len() + sets.len() + specs.len() + 8) as u64;
         let sibling = (before + 4 * size + 8).to_le_bytes().to_vec();
         // /, /a with a child and a sibling, /a/b with a sibling, /a.x, /c.
         let tree = [header(0, 0, 1), header(1, 1, 3), sibling, header(2, 2, 2), header(3, 0, 4), header(4, 3, 0)];
         let paths = [words(&[5, 0]), tree.concat()].concat();
-        let mut table = 5u64.to_le_bytes().to_vec();
-        for (name, section) in
-            [("TOKENS", tokens), ("FIELDS", fields), ("FIELDSETS", sets), ("SPECS", specs), ("PATHS", paths)]
-        {
+        let mut table = 6u64.to_le_bytes().to_vec();
+        for (name, section) in [
+            ("TOKENS", tokens),
+            ("STRINGS", strings),
+            ("FIELDS", fields),
+            ("FIELDSETS", sets),
+            ("SPECS", specs),
+            ("PATHS", paths),
+        ] {
             let mut padded = [0; 16];
             padded[..name.len()].copy_from_slice(name.as_bytes());
             let place = [bytes.len() as u64, section.len() as u64];
@@ -228,6 +313,44 @@ mod tests {
             let specs: Vec<_> = file.specs.iter().map(|spec| (spec.path_index, spec.fieldset_index)).collect();
             assert_eq!(specs, [(1, 0), (3, 0)]);
         }
+    }
+
+    /// In a field, in samples, and in a dictionary.
+    #[test]
+    fn old_arrays_of_strings_are_read() {
+        use openusd::sdf::Value;
+        let mut bytes = with_new_tables(layer(false)).unwrap();
+        let mut put = |words: &[u64]| {
+            let place = bytes.len() as u64;
+            words.iter().for_each(|word| bytes.extend(word.to_le_bytes()));
+            place
+        };
+        // One dimension, two strings.
+        let array = ARRAY | STRING << 48 | put(&[2 << 32 | 1, 1 << 32]);
+        let times = LIST_OF_DOUBLES << 48 | put(&[1, 1f64.to_bits()]);
+        let samples = SAMPLES << 48 | put(&[8, times, 8, 1, array]);
+        // One entry, with the name of the string 0 and an offset of 8.
+        let dictionary = DICTIONARY << 48 | put(&[1, 8 << 32, array << 32, array >> 32]);
+        for value in [array, samples, dictionary] {
+            let fields = [(2, value)];
+            let new = with_new_values(&bytes, &fields).unwrap().unwrap();
+            let mut file = CrateFile::open(io::Cursor::new(&new)).unwrap();
+            let mut found = file.fields[0].value_rep;
+            if value != array {
+                // It is changed in its place.
+                found.0 = value;
+            }
+            let strings = match file.value(found).unwrap() {
+                Value::TimeSamples(samples) => samples[0].1.clone(),
+                Value::Dictionary(all) => all["c"].clone(),
+                other => other,
+            };
+            assert_eq!(strings, Value::StringVec(vec!["c".to_owned(), "a".to_owned()]));
+        }
+        assert_eq!(with_new_values(&bytes, &[(2, 1 << 62)]), Ok(None));
+        let circle = DICTIONARY << 48 | bytes.len() as u64;
+        bytes.extend([1u64, 8 << 32, circle << 32, circle >> 32].iter().flat_map(|word| word.to_le_bytes()));
+        assert!(with_new_values(&bytes, &[(2, circle)]).unwrap_err().0.contains("in a circle"));
     }
 
     #[test]

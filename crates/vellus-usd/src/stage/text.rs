@@ -289,7 +289,14 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if let Some(list) = &mut arcs {
                     list.add(&mut found.arcs, &prims, Item::Prim(&path)).map_err(fail)?;
                 }
-                if let Some((prim, property)) = path.rsplit_once('.').filter(|(_, name)| !name.contains('/'))
+                // A path as the value of a token or string, which OpenUSD reads as this text.
+                let is_word = matches!(declared, "token" | "string")
+                    && words.0[1] == "="
+                    && words.0[0] != "connect"
+                    && matches!(open.last(), Some((b'{', _)));
+                if is_word {
+                    new.replace(at..at + used, &quoted(path.as_bytes().to_vec()));
+                } else if let Some((prim, property)) = path.rsplit_once('.').filter(|(_, name)| !name.contains('/'))
                     && let Cow::Owned(name) = ascii(property)
                 {
                     new.replace(at..at + used, format!("<{prim}.{name}>").as_bytes());
@@ -358,6 +365,9 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     new.replace(last_word, b"");
                 }
                 last_word = at..at + used;
+                if word == "rel" {
+                    declared = "";
+                }
                 if let Some(is_array) = before_name(&rest[used..]) {
                     declared = if is_array { "" } else { word };
                     // Types that the parser does not know. What it reads instead has the same values.
@@ -365,7 +375,10 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                         ("pathExpression", _) => new.replace(at..at + used, b"string"),
                         ("uint" | "uint64", true) => new.replace(at..at + used, b"int64"),
                         _ => {
-                            if let Some((_, now)) = OLD_TYPES.iter().find(|(old, _)| *old == word) {
+                            // Some exporters write vectors in lower case, which are no types in any version.
+                            let is_old =
+                                |old: &str| old == word || old.starts_with("Vec") && old.eq_ignore_ascii_case(word);
+                            if let Some((_, now)) = OLD_TYPES.iter().find(|(old, _)| is_old(old)) {
                                 new.replace(at..at + used, now.as_bytes());
                             }
                         }

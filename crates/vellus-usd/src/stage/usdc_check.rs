@@ -9,7 +9,10 @@ use std::collections::BTreeSet;
 /// The largest compression ratio of LZ4.
 const MOST_COMPRESSION: u64 = 255;
 /// Values with deeper nesting count as circular.
-const DEEPEST: usize = 32;
+pub(super) const DEEPEST: usize = 32;
+
+/// The type of a list of doubles, which the decoder reads as an array.
+const DOUBLES: u64 = 48;
 
 /// A position in the bytes of a layer.
 #[derive(Clone, Copy)]
@@ -142,15 +145,22 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
     let [is_array, is_inlined, is_compressed] = [63, 62, 61].map(|bit| representation >> bit & 1 == 1);
     let kind = representation >> 48 & 0xff;
     let mut at = Cursor { bytes, at: representation & 0xffff_ffff_ffff };
-    if is_inlined || (is_array && at.at == 0) {
-        return Ok(());
-    }
-    if is_array {
+    // The decoder reads lists and dictionaries as such, whatever the flags say, and arrays even if they are inlined.
+    let is_list = matches!(kind, 31..=47 | 49..=50 | 54 | 55 | 58);
+    if (is_array || kind == DOUBLES) && !is_list {
+        if at.at == 0 {
+            return Ok(());
+        }
+        // Strings, paths of files and expressions: their number has 8 bytes in all versions for the decoder.
+        if matches!(kind, 10 | 12 | 57) {
+            return at.u64().and_then(|count| at.skip(count, 4));
+        }
         if version < [0, 5, 0] {
             at.u32()?;
         }
         let count = if version < [0, 7, 0] { at.u32()? } else { at.u64()? };
-        let (is_integer, is_float) = (matches!(kind, 3..=6), matches!(kind, 7..=9 | 56));
+        let is_integer = matches!(kind, 3..=6) && version >= [0, 5, 0];
+        let is_float = matches!(kind, 7..=9 | DOUBLES | 56) && version >= [0, 6, 0];
         return match (is_compressed && count >= 4, is_integer, is_float) {
             (true, true, _) => at.integers(count),
             (true, _, true) => {
@@ -163,6 +173,9 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
             }
             _ => at.skip(count, item_size(kind)),
         };
+    }
+    if is_inlined && (!is_list || kind == 31) {
+        return Ok(());
     }
     match kind {
         // Dictionary: names and values.
@@ -190,7 +203,7 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
         }
         // Paths, tokens, strings; variant selections and relocates are pairs of indices; numbers; offsets with scales.
         40 | 41 | 50 => at.u64().and_then(|count| at.skip(count, 4)),
-        45 | 48 | 58 => at.u64().and_then(|count| at.skip(count, 8)),
+        45 | 58 => at.u64().and_then(|count| at.skip(count, 8)),
         49 => at.u64().and_then(|count| at.skip(count, 16)),
         // Time samples: times, then values.
         46 => {
@@ -238,7 +251,7 @@ fn item_size(kind: u64) -> u64 {
         1 | 2 => 1,
         7 => 2,
         25 => 6,
-        5 | 6 | 9 | 18 | 20 | 22 | 29 | 56 => 8,
+        5 | 6 | 9 | 18 | 20 | 22 | 29 | DOUBLES | 56 => 8,
         24 | 26 => 12,
         17 | 19 | 28 | 30 => 16,
         23 => 24,
@@ -262,7 +275,10 @@ mod tests {
 
     const ARRAY: u64 = 1 << 63;
     const COMPRESSED: u64 = 1 << 61;
+    const INLINED: u64 = 1 << 62;
     const POINTS: u64 = 24 << 48;
+    const EDITS: u64 = 37 << 48;
+    const STRINGS: u64 = 10 << 48;
     const INTEGERS: u64 = 3 << 48;
     const DICTIONARY: u64 = 31 << 48;
 
@@ -278,6 +294,21 @@ mod tests {
         assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1_000_000_000, 8, 0]).unwrap_err().0.contains("decompressed"));
         assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 1 << 40, 0]).is_err());
         assert!(check_value(&layer(&[]), ARRAY | POINTS | 0xffff_ffff_ffff).unwrap_err().0.contains("cut off"));
+        // Flags that do not fit the type: the decoder does not look at them.
+        let many = 1 << 40;
+        for kind in [ARRAY | EDITS, INLINED | EDITS] {
+            assert!(check_value(&layer(&[2 | many << 8, 0]), kind | 16).is_err());
+        }
+        for kind in [ARRAY | INLINED | POINTS, DOUBLES << 48, ARRAY | STRINGS] {
+            assert!(value(kind, &[many, 0]).unwrap_err().0.contains("more than the file can hold"));
+            // The same in a version whose arrays have numbers of 4 bytes.
+            let mut old = layer(&[many | 9 << 32 | 9, 0]);
+            old[9] = 6;
+            assert!(check_value(&old, kind | 16).is_err());
+        }
+        let mut old = layer(&[1 | 1000 << 32, 8, 0]);
+        old[9] = 4;
+        assert!(check_value(&old, ARRAY | COMPRESSED | INTEGERS | 16).is_err());
     }
 
     #[test]

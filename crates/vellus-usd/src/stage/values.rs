@@ -21,6 +21,8 @@ pub(super) fn numbers(value: sdf::Value) -> Option<Numbers> {
         V::Int(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
         // Whole numbers in the time samples of a text layer.
         V::Int64(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
+        V::Bool(x) => Some(Numbers { values: vec![x.into()], lanes: 1 }),
+        V::BoolVec(v) => flat(v.into_iter().map(|x| [f32::from(x)]), single),
         V::FloatVec(v) => Some(Numbers { values: v, lanes: 1 }),
         V::DoubleVec(v) => flat(v.into_iter().map(|x| [x]), double),
         V::HalfVec(v) => flat(v.into_iter().map(|x| [x.to_f32()]), single),

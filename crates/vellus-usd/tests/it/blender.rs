@@ -94,7 +94,7 @@ fn particles_need_a_width_and_include_their_sphere() {
 fn nurbs_are_named_if_nothing_else_is_left() {
     for form in ["usda", "usdc"] {
         let error = read(&blender(&format!("fur_nurbs.{form}")), &Options::default()).unwrap_err().to_string();
-        assert!(error.contains("nothing to render (/root/fur/fur: NurbsCurves is not supported"), "{error}");
+        assert!(error.contains("(not supported) (/root/fur/fur: NurbsCurves is not supported"), "{error}");
     }
 }
 

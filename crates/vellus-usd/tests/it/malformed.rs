@@ -35,7 +35,7 @@ fn errors_name_the_prim_the_problem_and_the_allowed_values() {
     let table: Vec<(String, &[&str])> = vec![
         (String::new(), &["nothing to render"]),
         ("def Xform \"a\" {}".to_owned(), &["nothing to render"]),
-        (curves(""), &["nothing to render (/c: it has no curves)"]),
+        (curves(""), &["nothing to render: it has 1 BasisCurves (empty or left out) (/c: it has no curves)"]),
         (curves(&format!("{linear}{points}{counts}")), &["/c: it has no widths", "--width"]),
         (
             curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [10000000]")),
@@ -193,6 +193,33 @@ fn names_are_checked_in_binary_layers_too() {
     std::fs::write(&file, bytes).unwrap();
     let error = read(&file, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("Wolverin}"), "{error}");
+}
+
+/// Found by a fuzzer: the search for the prim of such a property never ended.
+#[test]
+fn names_of_properties_are_checked_in_binary_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    let [text, file] = ["a.usda", "a.usdc"].map(|name| folder.path().join(name));
+    let body = "def Xform \"x\" { custom token first = \"Wolverine\" custom token second = \"b\" }
+        def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+        point3f[] points = [(0,0,0), (1,0,0)] float[] widths = [1, 1] }";
+    std::fs::write(&text, format!("#usda 1.0\n{body}")).unwrap();
+    let stage = openusd::usd::Stage::builder().open(text.to_str().unwrap()).unwrap();
+    stage.root_layer().export(file.to_str().unwrap()).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    let tokens = openusd::usdc::CrateFile::open(std::io::Cursor::new(&bytes)).unwrap().tokens;
+    let token = |name: &str| tokens.iter().position(|token| token == name).unwrap() as u32;
+    // The list of the two properties gets another name.
+    let list = [2, 0, token("first"), token("second")].map(u32::to_le_bytes).concat();
+    let at = bytes.windows(list.len()).position(|part| part == list).unwrap();
+    bytes[at + 12..at + 16].copy_from_slice(&token("Wolverine").to_le_bytes());
+    let at = bytes.windows(9).position(|name| name == b"Wolverine").unwrap();
+    bytes[at + 8] = b'}';
+    std::fs::write(&file, bytes).unwrap();
+    let (scene, warnings) = read(&file, &Options::default()).unwrap();
+    let said = warnings[0].to_string();
+    assert!(said.contains("/x: a property is called \"Wolverin}\": a name has only letters"), "{said}");
+    assert_eq!((scene.strands.len(), warnings.len()), (1, 1));
 }
 
 #[test]

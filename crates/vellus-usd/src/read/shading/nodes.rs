@@ -15,6 +15,22 @@ pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value
         "ND_deon_hair_absorption_from_melanin" => of_melanin(mapping, prim)?,
         id if id.starts_with("ND_multiply_") => of("in1", 0.0)?.with(of("in2", 1.0)?, multiply),
         id if id.starts_with("ND_add_") => of("in1", 0.0)?.with(of("in2", 0.0)?, add),
+        id if id.starts_with("ND_divide_") => of("in1", 0.0)?.with(of("in2", 1.0)?, each(|a, b| a / b)),
+        id if id.starts_with("ND_power_") => of("in1", 0.0)?.with(of("in2", 1.0)?, each(f64::powf)),
+        id if id.starts_with("ND_min_") => of("in1", 0.0)?.with(of("in2", 0.0)?, each(f64::min)),
+        id if id.starts_with("ND_max_") => of("in1", 0.0)?.with(of("in2", 0.0)?, each(f64::max)),
+        id if id.starts_with("ND_invert_") => of("amount", 1.0)?.with(of("in", 0.0)?, each(|a, b| a - b)),
+        // The lower limit first, as in MaterialX: the upper one decides where they cross.
+        id if id.starts_with("ND_clamp_") => {
+            of("in", 0.0)?.with(of("low", 0.0)?, each(f64::max)).with(of("high", 1.0)?, each(f64::min))
+        }
+        // Values of two numbers are not read.
+        id if id.starts_with("ND_extract_") && id != "ND_extract_vector2" => {
+            let Value::Constant([index, ..]) = of("index", 0.0)? else { return Ok(None) };
+            // Alpha is not read.
+            let Some(channel) = [0.0, 1.0, 2.0].iter().position(|known| *known == index) else { return Ok(None) };
+            of("in", 0.0)?.map(|color| [color[channel]; 3])
+        }
         id if id.starts_with("ND_mix_") => {
             let share = of("mix", 0.0)?;
             // A node without effect is not asked for, so that it gives no warning.
@@ -28,7 +44,13 @@ pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value
         }
         _ => return Ok(None),
     };
-    Ok(Some(value))
+    // A division by 0 gives 0, and so does each result that is no number, as in OSL.
+    Ok(Some(value.map_each(|x| if (x as f32).is_finite() { x } else { 0.0 })))
+}
+
+/// A function of two numbers for each channel.
+fn each(f: impl Fn(f64, f64) -> f64) -> impl Fn([f64; 3], [f64; 3]) -> [f64; 3] {
+    move |a, b| std::array::from_fn(|i| f(a[i], b[i]))
 }
 
 /// A share of 0 gives `a`, and one of 1 gives `b`.

@@ -163,3 +163,31 @@ fn texture_coordinates_have_the_name_that_the_shader_asks_for() {
     let (uv, said) = stage(&reads("st1"), "");
     assert!(uv.is_none() && said.contains("/c: its material has textures, but it has no primvars:st1"), "{said}");
 }
+
+/// Primvars of OpenUSD's renderer: their names are not in a schema, and values without effect are no news.
+#[test]
+fn widths_that_are_no_lengths_are_named() {
+    for (name, idle, value, said_) in [
+        (
+            "bool[] primvars:screenSpaceWidths",
+            "[0]",
+            "[1]",
+            "its widths are pixels in other renderers, and are read as",
+        ),
+        ("bool primvars:screenSpaceWidths", "0", "1", "its widths are pixels in other renderers, and are read as"),
+        ("float[] primvars:minScreenSpaceWidths", "[0]", "[2]", "may be thinner than so many pixels"),
+        ("float[] primvars:pointSizeScale", "[1]", "[4]", "its widths do not change"),
+    ] {
+        let warnings = |value: &str| {
+            let own = scene(&format!("def BasisCurves \"c\" {{ {FOUR} {name} = {value} }}"));
+            let above = scene(&format!("def Xform \"g\" {{ {name} = {value} def BasisCurves \"c\" {{ {FOUR} }} }}"));
+            [own, above].map(|(read, warnings)| (read.strands[0].points[0].w, said(&warnings)))
+        };
+        assert_eq!(warnings(idle), [(0.1, String::new()), (0.1, String::new())], "{name}");
+        let field = name.rsplit(' ').next().unwrap();
+        for (prim, (radius, said)) in ["/c", "/g/c"].into_iter().zip(warnings(value)) {
+            let expected = format!("{prim}: {field} is not supported: ");
+            assert!(radius == 0.1 && said.contains(&expected) && said.contains(said_), "{said}");
+        }
+    }
+}

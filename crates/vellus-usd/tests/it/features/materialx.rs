@@ -141,6 +141,45 @@ fn circles_and_chains_of_connections_have_an_end() {
     }
 }
 
+/// Each node gives 1.4. Results that are no numbers are 0, as in OSL.
+#[test]
+fn nodes_that_compute_are_read() {
+    let ior = |nodes: &str| hair("float inputs:ior.connect = </m/n.outputs:out>", nodes);
+    let node = |name: &str, id: &str, inputs: &str| {
+        format!("def Shader \"{name}\" {{ uniform token info:id = \"ND_{id}\" {inputs} float outputs:out }}\n")
+    };
+    let table = [
+        ("divide_float", "float inputs:in1 = 2.8 float inputs:in2 = 2"),
+        ("divide_float", "float inputs:in1 = 1.4"),
+        ("power_float", "float inputs:in1 = 1.96 float inputs:in2 = 0.5"),
+        ("min_float", "float inputs:in1 = 1.6 float inputs:in2 = 1.4"),
+        ("max_float", "float inputs:in1 = 1.2 float inputs:in2 = 1.4"),
+        ("max_float", "float inputs:in1.connect = </m/zero.outputs:out> float inputs:in2 = 1.4"),
+        ("max_float", "float inputs:in1.connect = </m/root.outputs:out> float inputs:in2 = 1.4"),
+        ("invert_float", "float inputs:amount = 2 float inputs:in = 0.6"),
+        ("invert_float", "float inputs:in = -0.4"),
+        ("clamp_float", "float inputs:in = 3 float inputs:low = 1.2 float inputs:high = 1.4"),
+        ("clamp_float", "float inputs:in = 0 float inputs:low = 1.4 float inputs:high = 2"),
+        ("extract_color3", "color3f inputs:in = (1.2, 1.3, 1.4) int inputs:index = 2"),
+        ("extract_vector3", "float3 inputs:in = (1.4, 1.3, 1.2)"),
+    ];
+    let fixed = node("zero", "divide_float", "float inputs:in1 = 9 float inputs:in2 = 0")
+        + &node("root", "power_float", "float inputs:in1 = -9 float inputs:in2 = 0.5");
+    for (id, inputs) in table {
+        let (scene, warnings) = read_text(&ior(&(node("n", id, inputs) + &fixed)), &Options::default()).unwrap();
+        near(scene.looks[0].fiber.eta, 1.4);
+        assert!(!said(&warnings).contains("is not mapped"), "{id}: {}", said(&warnings));
+    }
+    for (id, inputs) in [
+        ("extract_color4", "color4f inputs:in = (1.2, 1.3, 1.4, 1) int inputs:index = 3"),
+        ("extract_vector2", "float2 inputs:in = (1.2, 1.3)"),
+    ] {
+        let (_, warnings) = read_text(&ior(&node("n", id, inputs)), &Options::default()).unwrap();
+        let expected = format!("inputs:ior: a ND_{id} is not mapped");
+        assert!(said(&warnings).contains(&expected), "{}", said(&warnings));
+    }
+}
+
 /// A document whose material is a node `coat` of its own. Its graph has a node `pigment` of its own.
 fn own_nodes(coat: &str) -> String {
     format!(

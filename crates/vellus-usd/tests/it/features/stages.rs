@@ -1,7 +1,7 @@
 //! Composition of stages, and prims that are skipped.
 
 use super::{FOUR, said, scene};
-use crate::common::read;
+use crate::common::{read, read_text, told};
 use vellus_usd::Options;
 
 #[test]
@@ -61,4 +61,44 @@ fn references_sublayers_and_instances_compose() {
     let roots: Vec<f32> = scene.strands.iter().map(|s| s.points[0].x).collect();
     assert_eq!(roots, [5.0, 10.0, 20.0]);
     assert_eq!(scene.looks.len(), 1);
+}
+
+#[test]
+fn a_stage_with_nothing_to_render_says_what_it_has() {
+    let mesh = "int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0,0,0), (1,0,0), (1,1,0)]";
+    for (body, expected) in [
+        ("def Points \"a\" {} def Points \"b\" {} def Volume \"c\" {}", "2 Points (not supported), 1 Volume (not sup"),
+        ("def NurbsPatch \"a\" {}", "it has 1 NurbsPatch (not supported)"),
+        ("def ArnoldProcedural \"a\" {}", "it has 1 ArnoldProcedural (not known)"),
+        (&format!("def Mesh \"a\" {{ {mesh} token visibility = \"invisible\" }}"), "it has 1 Mesh (invisible)"),
+        (
+            &format!("def Scope \"g\" {{ token purpose = \"guide\" def Mesh \"a\" {{ {mesh} }} }}"),
+            "Mesh (purpose guide)",
+        ),
+        (
+            &format!(
+                "def Xform \"g\" {{ uniform token[] xformOpOrder = [\"xformOp:spin\"] float xformOp:spin = 1
+                def Mesh \"a\" {{ {mesh} }} }}"
+            ),
+            "it has 1 Mesh (left out, or below a prim that is) (/g: xformOp:spin is not a known transform",
+        ),
+        (
+            &format!("over \"A\" {{ def Mesh \"a\" {{ {mesh} }} }} class \"_B\" {{}}"),
+            "no prims that are defined and active; /A (over: only changes what another layer defines); /_B (class",
+        ),
+        ("def Cube \"off\" ( active = false ) {}", "/off (inactive: not a part of the stage)"),
+        (
+            "def Material \"m\" {} def Material \"n\" {} def Camera \"c\" {}",
+            "no strands and meshes, only 2 Material, 1 Cam",
+        ),
+        (
+            "( defaultPrim = \"World\" ) def Xform \"a\" {}",
+            "only groups without content; its defaultPrim World does not exist",
+        ),
+        ("( defaultPrim = \"World\" ) def Xform \"World\" {}", "nothing to render: it has only groups without content"),
+    ] {
+        let said = told(read_text(body, &Options::default()));
+        assert!(said.contains("nothing to render: ") && said.contains(expected), "{said}");
+    }
 }
