@@ -78,7 +78,21 @@ impl VellusParameters {
         let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
         let (medulla_pigment, reflectance) = (self.medulla_pigment, None);
-        Ok(Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment, reflectance })
+        Ok(Fiber {
+            eta,
+            kappa,
+            alpha,
+            beta_m,
+            beta_n,
+            sigma_ca,
+            sigma_ms,
+            sigma_ma,
+            g,
+            layers,
+            exit,
+            medulla_pigment,
+            reflectance,
+        })
     }
 }
 

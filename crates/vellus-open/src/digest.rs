@@ -50,8 +50,21 @@ fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
 /// Adds all parameters of a fibre to a digest.
 fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     // There is no `..` here, so a parameter that is added later must be added here.
-    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment, reflectance } =
-        *fiber;
+    let Fiber {
+        eta,
+        kappa,
+        alpha,
+        beta_m,
+        beta_n,
+        sigma_ca,
+        sigma_ms,
+        sigma_ma,
+        g,
+        layers,
+        exit,
+        medulla_pigment,
+        reflectance,
+    } = *fiber;
     let [scalars, colors] = [
         &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, medulla_pigment][..],
         &[sigma_ca, sigma_ma].concat(),

@@ -20,7 +20,11 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
     if is_obj(path) {
         let mut sources = Sources::new();
         let meshes = vellus_groom::read_obj(&read(path, ".obj", &mut sources)?, &path.display().to_string())?;
-        let scene = Scene { meshes, surfaces: vec![Surface { skin: true, ..Surface::diffuse("skin", SKIN) }], ..Scene::default() };
+        let scene = Scene {
+            meshes,
+            surfaces: vec![Surface { skin: true, ..Surface::diffuse("skin", SKIN) }],
+            ..Scene::default()
+        };
         return Ok(Opened { scene, sources, ..Opened::default() });
     }
     let options = vellus_usd::Options { default_width: Some(0.0), ..Default::default() };

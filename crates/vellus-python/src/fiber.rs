@@ -1,7 +1,7 @@
 //! The fibre: its parameters by name, its colour, presets.
 
 use crate::error::{value, with_causes};
-use pyo3::exceptions::{PyTypeError, PyValueError, PyUserWarning};
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 use std::ffi::CString;

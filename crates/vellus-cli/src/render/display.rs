@@ -45,7 +45,8 @@ impl DisplayArgs {
         let exposure = match self.exposure {
             Exposure::Stops(stops) => stops,
             Exposure::Auto => {
-                let note = notes.iter().find(|(name, _)| name == METERED_NOTE).and_then(|(_, stops)| stops.parse().ok());
+                let note =
+                    notes.iter().find(|(name, _)| name == METERED_NOTE).and_then(|(_, stops)| stops.parse().ok());
                 note.context("--exposure auto: the films do not have it, render them with the same option")?
             }
         };

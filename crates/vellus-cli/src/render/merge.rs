@@ -1,13 +1,13 @@
 //! `vellus merge`: films of sample ranges become one picture.
 
 use super::Layers;
+use super::display::DisplayArgs;
 use super::job::typed_command;
 use super::screen::print;
 use crate::output;
 use crate::say::note;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
-use super::display::DisplayArgs;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::{Denoise, Event, Merge, Picture, SAMPLES_NOTE, read_film};
 use vellus_render::{Layer, PixelType};

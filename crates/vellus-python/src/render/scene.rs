@@ -386,7 +386,15 @@ impl Scene {
         let texture = texture.map(|texture| position(all, texture, "texture")).transpose()?;
         let surfaces = &mut state.change().surfaces;
         let name = if name.is_empty() { format!("surface {}", surfaces.len()) } else { name.to_owned() };
-        surfaces.push(Surface { name, color: Tint { color, texture }, emission, roughness, metallic, ior, skin: false });
+        surfaces.push(Surface {
+            name,
+            color: Tint { color, texture },
+            emission,
+            roughness,
+            metallic,
+            ior,
+            skin: false,
+        });
         Ok(surfaces.len() - 1)
     }
 

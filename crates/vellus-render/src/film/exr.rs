@@ -172,7 +172,7 @@ mod tests {
         film.advance(1);
         let notes = [("vellus_identity".to_owned(), "狐".to_owned())];
         let exr = film.to_exr(&[Layer::Beauty, Layer::Strand], None, PixelType::Half, &notes).unwrap();
-        let png = film.to_png(None, Display::default(), &notes).unwrap();
+        let png = film.to_png(None, crate::Display::default(), &notes).unwrap();
         for bytes in [exr, png] {
             assert!(check_picture(&bytes).unwrap().contains(&notes[0]));
             for at in 0..bytes.len() {
@@ -285,7 +285,10 @@ mod tests {
         assert_eq!(at("denoised.G", 4), 13.0);
         assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
-        assert_ne!(film.to_png(None, Display::default(), &notes).unwrap(), film.to_png(Some(&denoised), Display::default(), &notes).unwrap());
+        assert_ne!(
+            film.to_png(None, crate::Display::default(), &notes).unwrap(),
+            film.to_png(Some(&denoised), crate::Display::default(), &notes).unwrap()
+        );
         // Layers have 16 bits if that is enough. The numbers of strands reach 4e7, and all other values here are small.
         let bytes = film.to_exr(&Layer::ALL, None, PixelType::Half, &notes).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();

@@ -1,10 +1,10 @@
 //! Pictures as files.
 
-use crate::Display;
 use super::event::Event;
 use super::goals::{End, Goals};
 use super::identity::IDENTITY_NOTE;
 use super::store::write;
+use crate::Display;
 use crate::error::Error;
 use crate::film::cryptomatte::RANKS;
 use crate::film::picture::{Notes, PixelType, check_picture};

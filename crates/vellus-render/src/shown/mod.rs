@@ -8,6 +8,8 @@
 mod reach;
 mod skin;
 
+use crate::film::fibonacci;
+use crate::film::layout::Layout;
 use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::Triangles;
@@ -16,8 +18,6 @@ use crate::integrator::geometry::Geometry;
 use crate::integrator::path::{Shared, Trace, camera_ray};
 use crate::integrator::settings::{Mode, Settings};
 use crate::integrator::view::View;
-use crate::film::layout::Layout;
-use crate::film::fibonacci;
 use crate::light::{Lighting, Lights};
 use crate::shading::fibers::Fibers;
 use glam::{Mat3, Vec3, Vec4Swizzles};
@@ -100,9 +100,10 @@ impl Reflectance {
         match self {
             Reflectance::Dense => asked,
             Reflectance::Fixed(fixed) => *fixed,
-            Reflectance::Shown(all) => {
-                all.get(look).and_then(Option::as_ref).map_or(asked, |shown| shown.nearest(asked).map(|c| shown.dense(c)))
-            }
+            Reflectance::Shown(all) => all
+                .get(look)
+                .and_then(Option::as_ref)
+                .map_or(asked, |shown| shown.nearest(asked).map(|c| shown.dense(c))),
         }
     }
 }
@@ -110,7 +111,10 @@ impl Reflectance {
 /// Whether somebody asks for the reflectance of a coat.
 fn is_asked(geometry: &Geometry) -> bool {
     let reflectance = |parameter: &Parameter| *parameter == Parameter::Reflectance;
-    geometry.looks.iter().any(|look| look.fiber.reflectance.is_some() || look.textured.iter().any(|(p, _)| reflectance(p)))
+    geometry
+        .looks
+        .iter()
+        .any(|look| look.fiber.reflectance.is_some() || look.textured.iter().any(|(p, _)| reflectance(p)))
         || geometry.all_strands().any(|strands| strands.varying.iter().any(|(p, _)| reflectance(p)))
 }
 
@@ -270,8 +274,7 @@ struct Roots {
 
 impl Roots {
     fn new(sets: &[Strands]) -> Self {
-        let roots: Vec<Vec3> =
-            sets.iter().flat_map(|set| (0..set.len()).map(|i| set.strand(i)[0].xyz())).collect();
+        let roots: Vec<Vec3> = sets.iter().flat_map(|set| (0..set.len()).map(|i| set.strand(i)[0].xyz())).collect();
         let bounds = roots.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
         let size = (bounds.1 - bounds.0).max_element().max(f32::MIN_POSITIVE);
         let mut side = size / 512.0;

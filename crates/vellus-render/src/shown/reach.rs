@@ -67,7 +67,8 @@ fn reasons(shown: Option<&Shown>, asked: [f32; 3], [low, high]: [f32; 2]) -> Str
     match shown {
         Some(shown) if asked.iter().any(|&c| c > high + TOLERANCE) && shown.cover < CLOSED => {
             let percent = 100.0 * shown.cover;
-            reasons += &format!(". It hides {percent:.0} % of its skin: more or wider strands, or a brighter skin, help");
+            reasons +=
+                &format!(". It hides {percent:.0} % of its skin: more or wider strands, or a brighter skin, help");
         }
         Some(_) if asked.iter().any(|&c| c > high + TOLERANCE) => {
             reasons += ". Its skin, or shadows between its strands, keep it darker: a brighter skin or denser fur help";

@@ -5,8 +5,8 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Prototype, Scene, Shaping,
-    Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
+    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Prototype, ReflectanceOf, Scene,
+    Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Format, Options, write, write_to};
 
@@ -58,6 +58,7 @@ fn scene() -> Scene {
     let triangles = vec![[0, 1, 2], [0, 2, 3]];
     let turned = Mat3::from_rotation_z(0.4) * Mat3::from_rotation_x(1.1);
     Scene {
+        reflectance: ReflectanceOf::Groom,
         prototypes: vec![],
         instances: vec![],
         strands: vec![
@@ -87,6 +88,7 @@ fn scene() -> Scene {
                 roughness: 0.3,
                 metallic: 0.7,
                 ior: 1.4,
+                skin: true,
             },
             Surface::diffuse("chalk", [0.8, 0.7, 0.6]),
         ],
