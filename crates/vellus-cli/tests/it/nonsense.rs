@@ -74,7 +74,12 @@ render cat --threads -1 | whole number in [1,
 render cat --threads 100000 | whole number in [1, 
 render cat --exposure nan | finite number in [-100, 100]
 render cat --exposure -inf | finite number in [-100, 100]
-render cat --exposure 1e9 | finite number in [-100, 100]
+render cat --exposure 1e9 | finite number in [-100, 100], or auto
+render cat --tone filmic | neutral, agx, srgb
+render cat --reflectance-of all | groom, dense
+render cat --set reflectance=blurple | 'blurple' is no colour
+render cat --set reflectance=2,0,0 | reflectance.r = 2
+groom grow x.obj --skin 2,0,0 | [0, 1]
 render cat --layers nope | unknown layer 'nope'
 render cat --checkpoint -1s | 60s, 5m or 2h
 render cat --strands 0 | above 0%

@@ -2,3 +2,4 @@
 
 mod alembic;
 mod identity;
+mod shown;

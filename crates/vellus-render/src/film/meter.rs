@@ -2,6 +2,7 @@
 
 use crate::World;
 use crate::film::{Film, Layer};
+use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::integrator::path::shadow_t_max;
 use crate::integrator::sampler::Sampler;
@@ -85,9 +86,8 @@ impl World {
     /// The luminance of the direct light on a plane at a point.
     fn irradiance(&self, point: Vec3, normal: Vec3, seed: u32) -> f64 {
         let lights = &self.geometry.lights;
-        let one = |index: u64| {
-            let [x, y, z, _] = Sampler::new([seed, 0], index, 0).next();
-            let (light, sample) = lights.sample(0, point, [x, y, z])?;
+        let sampled = |u: [f32; 3]| {
+            let (light, sample) = lights.sample(0, point, u)?;
             let cos = normal.dot(sample.direction);
             let ray = Ray { t_max: shadow_t_max(&sample), ..Ray::new(point, sample.direction) };
             if cos <= 0.0 || self.geometry.shadows(&ray, light) {
@@ -96,7 +96,28 @@ impl World {
             let density = if sample.pdf.is_infinite() { 1.0 } else { sample.pdf };
             Some(luminance(sample.radiance.map(|c| f64::from(c * cos / density))))
         };
-        (0..METERED).filter_map(one).sum::<f64>() / METERED as f64
+        // Some lights are not sampled, such as a dome of one colour. A ray finds them.
+        let found = |u: f32, v: f32| {
+            let z = 1.0 - 2.0 * u;
+            let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
+            let sphere = Vec3::new((1.0 - z * z).sqrt() * cos, z, (1.0 - z * z).sqrt() * sin);
+            let ray = Ray::new(point, (normal + sphere).normalize_or(normal));
+            let hit = match self.geometry.intersect(&ray) {
+                Some(Hit::Curve(hit)) => Some(hit.entry.t),
+                Some(Hit::Triangle(hit)) => Some(hit.t),
+                None => None,
+            };
+            let near = lights.intersect(&Ray { t_max: hit.unwrap_or(f32::INFINITY), ..ray }, Some(0));
+            let far = lights.escaped(&ray, Some(0)).filter(|_| near.is_none() && hit.is_none());
+            let all = near.into_iter().chain(far).filter(|(_, emission)| emission.pdf == 0.0);
+            all.map(|(_, emission)| std::f64::consts::PI * luminance(emission.radiance.map(f64::from))).sum::<f64>()
+        };
+        let one = |index: u64| {
+            let mut sampler = Sampler::new([seed, 0], index, 0);
+            let ([x, y, z, _], [u, v, ..]) = (sampler.next(), sampler.next());
+            sampled([x, y, z]).unwrap_or(0.0) + found(u, v)
+        };
+        (0..METERED).map(one).sum::<f64>() / METERED as f64
     }
 }
 
@@ -107,4 +128,49 @@ pub(crate) fn fibonacci(i: usize, count: usize) -> Vec3 {
     let (sin, cos) = (i as f32 * 2.399_963).sin_cos();
     let r = (1.0 - y * y).sqrt();
     Vec3::new(r * cos, y, r * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Mat3;
+    use vellus::{Color, Fiber};
+    use vellus_scene::{Light, Look, Scene};
+
+    fn stops(light: Light, color: f32) -> Option<f32> {
+        let mut scene = vellus_groom::scene("cat", true).unwrap();
+        // The ground hides half of a dome.
+        scene.meshes.clear();
+        let fiber = Fiber::hair().with_color(Color::Reflectance([color; 3])).unwrap();
+        scene.looks = vec![Look::constant("fur", fiber)];
+        for strands in &mut scene.strands {
+            strands.look = 0;
+            strands.varying.clear();
+        }
+        World::new(Scene { lights: vec![light], reflectance: vellus_scene::ReflectanceOf::Dense, ..scene })
+            .unwrap()
+            .metered()
+    }
+
+    /// White paper is white in a dome of radiance 1, and the colour of the fur does not matter. The fur hides some of
+    /// the dome: a quarter of a stop.
+    #[test]
+    fn the_exposure_is_that_of_white_paper() {
+        let dome = |radiance: f32| Light::Dome {
+            radiance: [radiance; 3],
+            texture: None,
+            rotation: Mat3::IDENTITY,
+            ground: None,
+        };
+        for color in [0.02, 0.9] {
+            let [one, four] = [1.0, 4.0].map(|radiance| stops(dome(radiance), color).unwrap());
+            assert!((0.0..=0.25).contains(&one), "{one}");
+            assert_eq!(four, one - 2.0);
+        }
+        assert_eq!(stops(dome(0.0), 0.5), None);
+        // Where the light comes from, paper is white; on average over the side that the camera sees, it is darker.
+        let sun = |direction| Light::Distant { direction, half_angle: 0.0, irradiance: [std::f32::consts::PI; 3] };
+        let [front, back] = [Vec3::Z, -Vec3::Z].map(|direction| stops(sun(direction), 0.5));
+        assert!(front.is_some_and(|front| front < 1.5) && back.is_none_or(|back| back > front.unwrap()), "{front:?}");
+    }
 }

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use vellus::Parameter;
 use vellus_scene::{SKIN, Values};
 
-/// Gives skin ([`vellus_scene::Surface::skin`]) the colour of its coats, darkened by [`SKIN`]. `looks` are those that
+/// Gives skin ([`vellus_scene::Surface::skin`]) the colour that dense coats of its fibres have, darkened by [`SKIN`]. `looks` are those that
 /// grow on each mesh. All reflectances that are asked for are `fixed`, if it is given.
 pub(super) fn color(geometry: &mut Geometry, looks: &[BTreeSet<usize>], fixed: Option<[f32; 3]>) {
-    let colors: Vec<[f32; 3]> = (0..geometry.looks.len()).map(|look| asked(geometry, look, fixed)).collect();
+    let colors: Vec<[f32; 3]> = (0..geometry.looks.len()).map(|look| dense(geometry, look, fixed)).collect();
     for (mesh, looks) in geometry.triangles.meshes().iter().zip(looks) {
         let surface = &mut geometry.surfaces[mesh.surface];
         if surface.skin && !looks.is_empty() {
@@ -18,8 +18,8 @@ pub(super) fn color(geometry: &mut Geometry, looks: &[BTreeSet<usize>], fixed: O
     }
 }
 
-/// The colour that is asked for the coat of a look, or that a dense coat has.
-fn asked(geometry: &Geometry, look: usize, fixed: Option<[f32; 3]>) -> [f32; 3] {
+/// The colour of a dense coat with the mean pigment of a look.
+fn dense(geometry: &Geometry, look: usize, fixed: Option<[f32; 3]>) -> [f32; 3] {
     let fiber = &geometry.looks[look].fiber;
     let varying = geometry.all_strands().filter(|set| set.look == look).flat_map(|set| &set.varying);
     let varying: Vec<&Values<[f32; 3]>> =
@@ -41,8 +41,11 @@ fn asked(geometry: &Geometry, look: usize, fixed: Option<[f32; 3]>) -> [f32; 3] 
         let texels = &geometry.textures[value.texture].pixels;
         texels.iter().for_each(|texel| mean.add([0, 1, 2].map(|c| texel[c] * value.scale[c])));
     }
-    let own = || fiber.reflectance.or_else(|| fiber.coat_color().ok()).unwrap_or([0.5; 3]);
-    mean.value().unwrap_or_else(own).map(|c| c.clamp(0.0, 1.0))
+    match mean.value().or(fiber.reflectance) {
+        Some(asked) => geometry.reflectance.dense(look, asked),
+        None => fiber.coat_color().unwrap_or([0.5; 3]),
+    }
+    .map(|c| c.clamp(0.0, 1.0))
 }
 
 /// The mean of colours.

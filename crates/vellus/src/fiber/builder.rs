@@ -209,6 +209,25 @@ mod tests {
         assert_eq!(built(Fiber::hair(), &[("reflectance", &[0.5, 0.4, 0.3]), ("beta_n", &[20.0])]), Ok(expected));
     }
 
+    /// A fibre knows the reflectance that its pigment comes from, until the absorption is set in another way.
+    #[test]
+    fn a_reflectance_is_kept_until_another_colour_replaces_it() {
+        let color = [0.5, 0.4, 0.3];
+        let fiber = built(Fiber::hair(), &[("reflectance", &color)]).unwrap();
+        assert_eq!((fiber.reflectance, Parameter::Reflectance.get(&fiber)), (Some(color), Some(color)));
+        assert!(Parameter::Reflectance.describes(&fiber) && !Parameter::SigmaMa.describes(&fiber));
+        // Another parameter keeps the colour, and needs other pigment.
+        let wider = built(fiber, &[("beta_n", &[20.0])]).unwrap();
+        assert_eq!(
+            wider,
+            Fiber { beta_n: 20f32.to_radians(), ..Fiber::hair() }.with_color(Color::Reflectance(color)).unwrap()
+        );
+        for setting in [("sigma_ca", &[0.1][..]), ("sigma_ma", &[0.1]), ("melanin", &[1.0])] {
+            assert_eq!(built(fiber, &[setting]).unwrap().reflectance, None, "{setting:?}");
+        }
+        assert_eq!(fiber.without_absorption().reflectance, None);
+    }
+
     #[test]
     fn melanin_has_three_spellings() {
         let brown = Fiber::hair().with_color(Color::Melanin { eumelanin: 1.3, pheomelanin: 0.2 });
