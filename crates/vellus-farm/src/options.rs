@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 32] = [
+pub const PICTURE_OPTIONS: [&str; 34] = [
     "--small",
     "--fiber",
     "--set",
@@ -36,6 +36,8 @@ pub const PICTURE_OPTIONS: [&str; 32] = [
     "--exposure",
     "--tone",
     "--reflectance-of",
+    "--tip-color",
+    "--tips",
     "--layers",
     "--denoise",
     "--float",

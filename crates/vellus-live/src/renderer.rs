@@ -277,7 +277,7 @@ impl Renderer {
         }
         let denoised = picture.denoised.as_ref().filter(|_| session.denoise);
         let pixels = match denoised {
-            Some((_, values)) => vellus_render::to_srgb(values, session.display()),
+            Some((_, values)) => film.denoised_to_srgb(values, session.display()),
             None => film.to_srgb(session.display()),
         };
         let [left, top, width, height] = film.area().map(|x| x as f32);

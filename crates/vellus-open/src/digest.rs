@@ -1,6 +1,6 @@
 //! The identity of scenes.
 
-use crate::{Format, Options, Recolor};
+use crate::{Format, Options, Recolor, Tips};
 use std::path::Path;
 use vellus::Fiber;
 use vellus_io::DigestBuilder;
@@ -27,6 +27,12 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         .field("frame", optional(options.frame.map(f64::to_le_bytes)));
     let builder = match &options.staging {
         Some(staging) => staging.identify(builder, built_in.is_some()),
+        None => builder,
+    };
+    let builder = match options.tips {
+        Some(Tips { color: [r, g, b], share }) => {
+            builder.field("tips", [r, g, b, share].map(f32::to_le_bytes).concat())
+        }
         None => builder,
     };
     let builder = match options.reflectance_of {

@@ -26,6 +26,7 @@ mod grow;
 mod mesh;
 mod recolor;
 mod staging;
+mod tips;
 mod write;
 
 pub use color::color;
@@ -36,6 +37,7 @@ pub use grow::{Grown, Growth, Skin};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 pub use recolor::Recolor;
 pub use staging::{Backdrop, Lighting, Staging};
+pub use tips::Tips;
 pub use write::{dropped, write};
 
 use std::path::Path;
@@ -55,6 +57,8 @@ pub struct Options {
     pub fiber: Option<(String, Fiber)>,
     /// A change of all fibres, those of the file or of the built-in scene included.
     pub recolor: Option<Recolor>,
+    /// Another colour for the tips of all strands.
+    pub tips: Option<Tips>,
     /// What the reflectances of the scene mean.
     pub reflectance_of: ReflectanceOf,
     /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
@@ -209,6 +213,9 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         recolor.apply(&mut opened.scene)?;
     }
     opened.scene.reflectance = options.reflectance_of;
+    if let Some(tips) = options.tips {
+        tips.apply(&mut opened.scene);
+    }
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(scene)?, Format::BuiltIn(_));
         let still = still(scene, options, staging, &opened.scene)?;

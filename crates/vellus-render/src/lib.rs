@@ -77,7 +77,6 @@ pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;
 pub use film::layout::Layout;
 pub use film::picture::{Notes, PIXELS_NOTE, PixelType, check_picture};
-pub use film::png::to_srgb;
 pub use film::tone::{Display, Tone};
 pub use film::{Film, Layer};
 pub use geometry::curves::{CurveHit, Curves};

@@ -5,7 +5,17 @@ use crate::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use vellus_io::parse;
-use vellus_open::{Error, Format, Opened, Options, Staging, Warning};
+use vellus_open::{Error, Format, Opened, Options, Staging, Tips, Warning, color};
+
+/// A reflectance on a command line. A list would be several values for clap.
+#[derive(Clone, Copy)]
+struct Reflectance([f32; 3]);
+
+fn reflectance(text: &str) -> Result<Reflectance, String> {
+    let color = color(text)?;
+    let is_good = color.iter().all(|c| (0.0..=1.0).contains(c));
+    if is_good { Ok(Reflectance(color)) } else { Err("each channel must be in [0, 1]".to_owned()) }
+}
 
 /// Which scene.
 #[derive(clap::Args, Clone)]
@@ -27,6 +37,12 @@ pub struct Input {
     /// parameters.
     #[arg(long = "override")]
     replace: bool,
+    /// Colour of the tips of all strands: a name, #rrggbb, or R,G,B.
+    #[arg(long, value_name = "COLOR", value_parser = reflectance)]
+    tip_color: Option<Reflectance>,
+    /// Share of the length over which strands get the colour of their tips [default: 30%].
+    #[arg(long, value_name = "PERCENT", value_parser = parse::share, requires = "tip_color")]
+    tips: Option<f32>,
     /// What a reflectance is: the colour that this groom shows (groom), or that of a dense coat of its fibres (dense).
     #[arg(long, value_name = "COAT", default_value = "groom", value_parser = ["groom", "dense"])]
     reflectance_of: String,
@@ -63,6 +79,7 @@ impl Input {
             camera: self.camera.clone(),
             frame: self.frame,
             strict: self.strict,
+            tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
             reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
             instances: staging.is_some(),
             staging,

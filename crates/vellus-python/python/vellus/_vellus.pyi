@@ -786,6 +786,8 @@ class Scene:
         view: str | None = None,
         body: _Path | None = None,
         reflectance_of: Literal["groom", "dense"] = "groom",
+        tip_color: Iterable[SupportsFloat] | str | None = None,
+        tips: SupportsFloat = 0.3,
     ) -> Scene:
         """Reads a scene.
 
@@ -794,7 +796,8 @@ class Scene:
         diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
         USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
         is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
-        dense coat (`dense`).
+        dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of
+        their length, in (0, 1].
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

@@ -207,7 +207,7 @@ impl Picture {
     fn srgb<'py>(&self, py: Python<'py>, exposure: f32, tone: &str) -> PyResult<Bound<'py, PyAny>> {
         let display = display(exposure, tone)?;
         let bytes = match &self.denoised {
-            Some(denoised) => vellus_render::to_srgb(denoised, display),
+            Some(denoised) => self.film.denoised_to_srgb(denoised, display),
             None => self.film.to_srgb(display),
         };
         Ok(PyArray1::from_vec(py, bytes).reshape(self.shape(&[3]))?.into_any())

@@ -45,6 +45,17 @@ pub(super) fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>)
     text.map(parse).transpose()
 }
 
+/// Tips of another colour.
+fn tips_of(color: &Bound<'_, PyAny>, share: f32) -> PyResult<vellus_open::Tips> {
+    let color = match color.is_instance_of::<PyString>() {
+        true => vellus_open::color(&color.extract::<String>()?).map_err(PyValueError::new_err)?,
+        false => color.extract()?,
+    };
+    color.iter().try_for_each(|&c| within("tip_color", f64::from(c), 0.0..=1.0))?;
+    within("tips", f64::from(share), 1e-3..=1.0)?;
+    Ok(vellus_open::Tips { color, share })
+}
+
 /// The number of points of each strand. `grid`: those of strands that all have as many, whose points are (S, K, 3).
 fn counts_of(counts: Option<&Bound<'_, PyAny>>, grid: Option<[usize; 2]>) -> PyResult<Vec<u32>> {
     match (counts, grid) {
@@ -93,7 +104,8 @@ impl Scene {
     /// diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
     /// USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
     /// is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
-    /// dense coat (`dense`).
+    /// dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of
+    /// their length, in (0, 1].
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
@@ -104,7 +116,7 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
-        reflectance_of="groom"))]
+        reflectance_of="groom", tip_color=None, tips=0.3))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -122,6 +134,8 @@ impl Scene {
         view: Option<String>,
         body: Option<PathBuf>,
         reflectance_of: &str,
+        tip_color: Option<&Bound<'_, PyAny>>,
+        tips: f32,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
         strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
@@ -145,6 +159,7 @@ impl Scene {
             small,
             fiber,
             recolor: None,
+            tips: tip_color.map(|color| tips_of(color, tips)).transpose()?,
             reflectance_of: parsed("reflectance_of", Some(reflectance_of.to_owned()))?.unwrap_or_default(),
             width,
             strands,

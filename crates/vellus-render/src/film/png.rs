@@ -24,13 +24,23 @@ impl Film {
     }
 
     fn layer_to_srgb(&self, layer: Layer, first: usize, display: Display) -> Vec<u8> {
-        let pixel = |x, y| display.encode([0, 1, 2].map(|c| self.mean(x, y, layer, first + c)));
-        let row = |y| (0..self.width()).flat_map(move |x| pixel(x, y));
+        self.encoded(display, |x, y, c| self.mean(x, y, layer, first + c))
+    }
+
+    /// A denoised beauty, three values a pixel, as eight-bit sRGB.
+    pub fn denoised_to_srgb(&self, denoised: &[f32], display: Display) -> Vec<u8> {
+        self.encoded(display, |x, y, c| f64::from(denoised[3 * (y * self.width() + x) + c]))
+    }
+
+    fn encoded(&self, display: Display, value: impl Fn(usize, usize, usize) -> f64 + Sync) -> Vec<u8> {
+        let alpha = |x, y| self.mean(x, y, Layer::Alpha, 0).clamp(0.0, 1.0);
+        let pixel = |(x, y)| display.encode([0, 1, 2].map(|c| value(x, y, c)), alpha(x, y));
+        let row = |y| (0..self.width()).map(move |x| (x, y)).flat_map(pixel);
         (0..self.height()).into_par_iter().flat_map_iter(row).collect()
     }
 
-    /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`, without a tone
-    /// curve.
+    /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`, without a
+    /// tone curve.
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
@@ -38,7 +48,8 @@ impl Film {
         self.encode_png(&self.layer_to_srgb(layer, first, Display::srgb(exposure)), png::ColorType::Rgb, &[])
     }
 
-    /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), with text chunks for `notes` (names and values).
+    /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), with text chunks for `notes`
+    /// (names and values).
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
@@ -49,7 +60,7 @@ impl Film {
         notes: &[(String, String)],
     ) -> Result<Vec<u8>, Error> {
         let pixels = match denoised {
-            Some(denoised) => to_srgb(denoised, display),
+            Some(denoised) => self.denoised_to_srgb(denoised, display),
             None => self.to_srgb(display),
         };
         self.encode_png(&pixels, png::ColorType::Rgb, notes)
@@ -74,7 +85,7 @@ impl Film {
                 None => self.mean(x, y, Layer::Beauty, c),
             };
             let color = [0, 1, 2].map(|c| if alpha > 0.0 { beauty(c) / alpha } else { 0.0 });
-            pixels.extend(display.encode(color));
+            pixels.extend(display.encode(color, 1.0));
             pixels.push((255.0 * alpha).round() as u8);
         }
         self.encode_png(&pixels, png::ColorType::Rgba, notes)
@@ -96,11 +107,6 @@ impl Film {
         writer.finish().map_err(failed)?;
         Ok(bytes)
     }
-}
-
-/// Linear colours, three values a pixel, as eight-bit sRGB.
-pub fn to_srgb(values: &[f32], display: Display) -> Vec<u8> {
-    values.chunks_exact(3).flat_map(|c| display.encode([c[0], c[1], c[2]].map(f64::from))).collect()
 }
 
 /// The notes of a file, and the digest of its pixels.

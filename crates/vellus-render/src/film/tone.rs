@@ -32,12 +32,15 @@ impl Display {
         Display { exposure, tone: Tone::Srgb }
     }
 
-    /// A linear colour as that of an sRGB display, each channel from 0 to 255.
-    pub fn encode(self, color: [f64; 3]) -> [u8; 3] {
+    /// A linear colour as that of an sRGB display, each channel from 0 to 255. The tone curve is for objects, which
+    /// cover the share `alpha` of the pixel: a background stays as it was given.
+    pub fn encode(self, color: [f64; 3], alpha: f64) -> [u8; 3] {
         let scale = f64::from(self.exposure.exp2());
         // A value that is not a number becomes black.
-        let color = self.tone.map(color.map(|x| (x * scale).max(0.0)));
-        color.map(|x| {
+        let color = color.map(|x| (x * scale).max(0.0));
+        let shown = self.tone.map(color);
+        [0, 1, 2].map(|c| {
+            let x = shown[c].min(1.0) * alpha + color[c].min(1.0) * (1.0 - alpha);
             let x = x.clamp(0.0, 1.0);
             let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
             (255.0 * y).round() as u8
@@ -158,6 +161,14 @@ mod tests {
             assert_eq!(name.parse::<Tone>().unwrap().to_string(), name);
         }
         assert!("filmic".parse::<Tone>().unwrap_err().contains("neutral, agx, srgb"));
-        assert_eq!(Display { exposure: 1.0, tone: Tone::Srgb }.encode([f64::NAN, 0.5, -1.0]), [0, 255, 0]);
+        assert_eq!(Display::srgb(1.0).encode([f64::NAN, 0.5, -1.0], 1.0), [0, 255, 0]);
+    }
+
+    #[test]
+    fn backgrounds_stay_as_they_are_given() {
+        let display = Display::default();
+        assert_eq!(display.encode([1.0, 0.9, 0.0], 0.0), [255, 243, 0]);
+        let [r, g, b] = display.encode([1.0, 0.9, 0.0], 1.0);
+        assert!(r < 250 && g < r && b < 30, "{r} {g} {b}");
     }
 }

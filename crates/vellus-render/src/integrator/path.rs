@@ -293,8 +293,8 @@ pub(crate) fn trace<M: Model>(
     Seen { strand: path.strand, thing, rays: path.rays, cut, removed: path.removed, record }
 }
 
-/// The camera ray of a sample, with the numbers that chose its place in the pixel and on the lens. The random numbers of
-/// the path follow.
+/// The camera ray of a sample, with the numbers that chose its place in the pixel and on the lens. The random numbers
+/// of the path follow.
 pub(crate) fn camera_ray(
     geometry: &Geometry,
     settings: &Settings,

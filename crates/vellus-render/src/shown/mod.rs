@@ -64,8 +64,8 @@ impl Shown {
         [self.shown[0], self.shown[NODES - 1]]
     }
 
-    /// The colour of the coat that is nearest to a request. A request that is too bright is darkened as a whole, so that
-    /// it keeps its hue.
+    /// The colour of the coat that is nearest to a request. A request that is too bright is darkened as a whole, so
+    /// that it keeps its hue.
     pub fn nearest(&self, asked: [f32; 3]) -> [f32; 3] {
         let [low, high] = self.range();
         let brightest = asked.iter().copied().fold(high, f32::max);

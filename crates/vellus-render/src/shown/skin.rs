@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use vellus::Parameter;
 use vellus_scene::{SKIN, Values};
 
-/// Gives skin ([`vellus_scene::Surface::skin`]) the colour that dense coats of its fibres have, darkened by [`SKIN`]. `looks` are those that
-/// grow on each mesh. All reflectances that are asked for are `fixed`, if it is given.
+/// Gives skin ([`vellus_scene::Surface::skin`]) the colour that dense coats of its fibres have, darkened by [`SKIN`].
+/// `looks` are those that grow on each mesh. All reflectances that are asked for are `fixed`, if it is given.
 pub(super) fn color(geometry: &mut Geometry, looks: &[BTreeSet<usize>], fixed: Option<[f32; 3]>) {
     let colors: Vec<[f32; 3]> = (0..geometry.looks.len()).map(|look| dense(geometry, look, fixed)).collect();
     for (mesh, looks) in geometry.triangles.meshes().iter().zip(looks) {

@@ -68,8 +68,8 @@ pub struct Fiber {
     /// The reflectance that the absorption comes from, as it was asked for, RGB in [0.001, 0.999]. `None` if the
     /// absorption was given in another way.
     ///
-    /// The scattering of light does not depend on it. The absorption is that of a dense coat ([`Color::Reflectance`]). A
-    /// renderer that knows the groom may replace it. Who sets [`Fiber::sigma_ca`] by hand should set this to `None`.
+    /// The scattering of light does not depend on it. The absorption is that of a dense coat ([`Color::Reflectance`]).
+    /// A renderer that knows the groom may replace it. Who sets [`Fiber::sigma_ca`] by hand should set this to `None`.
     pub reflectance: Option<[f32; 3]>,
 }
 
