@@ -144,9 +144,13 @@ fn color_skin(scene: &mut Scene, meshes: &[usize], skin: Option<Skin>, fibers: &
                 ([0, 1, 2].map(|c| SKIN * mean(c)), true)
             }
         };
-        // Other meshes may share the surface.
         let surface = Surface { color: Tint { color, texture: None }, skin: is_auto, ..own.clone() };
-        scene.meshes[mesh].surface = scene.surfaces.len();
-        scene.surfaces.push(surface);
+        let index = scene.meshes[mesh].surface;
+        if scene.meshes.iter().filter(|other| other.surface == index).count() == 1 {
+            scene.surfaces[index] = surface;
+        } else {
+            scene.meshes[mesh].surface = scene.surfaces.len();
+            scene.surfaces.push(surface);
+        }
     }
 }

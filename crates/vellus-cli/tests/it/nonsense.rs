@@ -23,8 +23,8 @@ render cat --view 0,0,nan | zoom in [0.01, 100]
 render x.usda --view 0,0 --camera c | --camera and --view exclude each other
 render cat --light moon | it must be studio, sun, sky
 render cat --light x.hdr | cannot read x.hdr
-render cat --background blue | #RRGGBB
-render cat --background #12345 | #RRGGBB
+render cat --background blurple | a colour (a name, #rrggbb or R,G,B)
+render cat --background #12345 | a colour (a name, #rrggbb or R,G,B)
 render cat --background x.png | cannot read x.png
 render cat --body x.obj | cannot read x.obj
 render cat --body x.hair | --body x.hair: it must be a .obj

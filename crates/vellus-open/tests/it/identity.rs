@@ -1,10 +1,11 @@
 //! The identity of pictures: the digest of the settings of the path tracer and of the scene.
 
-use vellus::{Fiber, Species};
+use vellus::{Color, Fiber, Species};
 use vellus_io::{Digest, Sources};
-use vellus_open::{Backdrop, Lighting, Options, Recolor, Staging, identify};
+use vellus_open::{Backdrop, Lighting, Options, Recolor, Staging, Tips, identify};
 use vellus_render::session::Identity;
 use vellus_render::{Layer, Lod, Settings};
+use vellus_scene::ReflectanceOf;
 
 /// The identity of a picture of a scene, with the defaults of the command `vellus render`.
 fn identity(scene: &str, options: &Options) -> Digest {
@@ -25,7 +26,7 @@ fn identity(scene: &str, options: &Options) -> Digest {
 /// The same value as that of the command.
 #[test]
 fn the_identity_is_the_same_everywhere() {
-    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "242c307e65c2d05a");
+    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "81b0238bce3647de");
 }
 
 #[test]
@@ -42,6 +43,9 @@ fn every_option_changes_the_identity() {
         Options { fiber: Some(("red-fox".to_owned(), Fiber { kappa: 0.5, ..fox })), ..new() },
         Options { recolor: Some(Recolor::new(Some("dog".into()), Vec::new()).unwrap()), ..new() },
         Options { recolor: Some(Recolor::new(None, vec!["kappa=0.5".to_owned()]).unwrap()), ..new() },
+        Options { reflectance_of: ReflectanceOf::Dense, ..new() },
+        Options { tips: Some(Tips { color: [0.1; 3], share: 0.3 }), ..new() },
+        Options { fiber: Some(("red-fox".to_owned(), fox.with_color(Color::Reflectance([0.9; 3])).unwrap())), ..new() },
         staged(Staging::new(1.5)),
         staged(Staging { view: Some("1,2".parse().unwrap()), ..Staging::new(1.5) }),
         staged(Staging { light: Some(Lighting::Sun), ..Staging::new(1.5) }),

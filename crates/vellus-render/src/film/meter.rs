@@ -6,6 +6,7 @@ use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::integrator::path::shadow_t_max;
 use crate::integrator::sampler::Sampler;
+use crate::light::Emission;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -83,7 +84,7 @@ impl World {
         stops.is_finite().then(|| ((stops / STEP).round() * STEP).clamp(-100.0, 100.0) as f32)
     }
 
-    /// The luminance of the direct light on a plane at a point.
+    /// The direct light on a plane at a point: the brightest channel, so that coloured light does not end at white.
     fn irradiance(&self, point: Vec3, normal: Vec3, seed: u32) -> f64 {
         let lights = &self.geometry.lights;
         let sampled = |u: [f32; 3]| {
@@ -94,7 +95,7 @@ impl World {
                 return None;
             }
             let density = if sample.pdf.is_infinite() { 1.0 } else { sample.pdf };
-            Some(luminance(sample.radiance.map(|c| f64::from(c * cos / density))))
+            Some(sample.radiance.map(|c| f64::from(c * cos / density)))
         };
         // Some lights are not sampled, such as a dome of one colour. A ray finds them.
         let found = |u: f32, v: f32| {
@@ -110,15 +111,22 @@ impl World {
             let near = lights.intersect(&Ray { t_max: hit.unwrap_or(f32::INFINITY), ..ray }, Some(0));
             let far = lights.escaped(&ray, Some(0)).filter(|_| near.is_none() && hit.is_none());
             let all = near.into_iter().chain(far).filter(|(_, emission)| emission.pdf == 0.0);
-            all.map(|(_, emission)| std::f64::consts::PI * luminance(emission.radiance.map(f64::from))).sum::<f64>()
+            let light =
+                |(_, emission): (usize, Emission)| emission.radiance.map(|c| std::f64::consts::PI * f64::from(c));
+            all.map(light).fold([0.0; 3], plus)
         };
         let one = |index: u64| {
             let mut sampler = Sampler::new([seed, 0], index, 0);
             let ([x, y, z, _], [u, v, ..]) = (sampler.next(), sampler.next());
-            sampled([x, y, z]).unwrap_or(0.0) + found(u, v)
+            plus(sampled([x, y, z]).unwrap_or_default(), found(u, v))
         };
-        (0..METERED).map(one).sum::<f64>() / METERED as f64
+        let sum = (0..METERED).map(one).fold([0.0; 3], plus);
+        sum.into_iter().fold(0.0, f64::max) / METERED as f64
     }
+}
+
+fn plus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| a[c] + b[c])
 }
 
 /// One of `count` directions that are evenly distributed.

@@ -169,6 +169,6 @@ mod tests {
         let display = Display::default();
         assert_eq!(display.encode([1.0, 0.9, 0.0], 0.0), [255, 243, 0]);
         let [r, g, b] = display.encode([1.0, 0.9, 0.0], 1.0);
-        assert!(r < 250 && g < r && b < 30, "{r} {g} {b}");
+        assert!(r < 250 && g < r && b < 40, "{r} {g} {b}");
     }
 }
