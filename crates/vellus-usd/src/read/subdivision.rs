@@ -22,10 +22,13 @@ const SHARE: f64 = 0.95;
 /// The most levels: each face has at most 4⁶ parts.
 const MAX_LEVELS: usize = 6;
 
-/// The largest number of faces of a mesh, and of all meshes, that more than one level may bring. A face needs about 310
+/// The largest number of faces of a mesh, and of all meshes, that refinement may bring. A face needs about 310
 /// bytes while it is refined, and 120 after that.
-const MAX_FACES: usize = 1 << 21;
-const MAX_ALL_FACES: usize = 1 << 22;
+const MAX_FACES: usize = 1 << 19;
+const MAX_ALL_FACES: usize = 1 << 20;
+
+/// The sharpness from which on a crease is sharp at every level (OpenSubdiv).
+const INFINITELY_SHARP: f32 = 10.0;
 
 /// Where no camera is known, all meshes of a stage have the same share, but not less than this.
 const LEAST_SHARE: usize = 1 << 12;
@@ -83,7 +86,7 @@ pub(crate) fn subdivide(
         sharp: &tags.corners,
         boundary: tags.boundary,
     });
-    let times = levels(reader, place, &surface, &polygons);
+    let times = levels(reader, place, &surface, &polygons, least_level(scheme, &counts, &tags));
     if times.0 < times.1 {
         let what = format!(
             "it is subdivided {} times instead of {}: its edges may show, because there are too many faces",
@@ -163,7 +166,7 @@ fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
 }
 
 /// How many times a mesh is refined, and how many times it would be without a bound on the number of faces.
-fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Polygons) -> (usize, usize) {
+fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Polygons, least: usize) -> (usize, usize) {
     let point = |p: &[f32; 3]| place.to_world.transform_point3(DVec3::from(p.map(f64::from)));
     let target = IN_MESH * diagonal(polygons.open.iter().map(point));
     let ends = surface.cage().ends().map(|ends| ends.map(|vertex| point(&polygons.open[vertex as usize])));
@@ -179,8 +182,19 @@ fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Poly
     let wanted = length.log2().ceil().clamp(1.0, MAX_LEVELS as f64) as usize;
     // The first level of quads has a face for each corner of the cage.
     let fits = |times: &usize| polygons.indices.len().saturating_mul(4usize.pow(*times as u32 - 1)) <= finest;
-    let times = (1..=wanted).rev().find(fits).unwrap_or(1);
+    let times = (1..=wanted).rev().find(fits).unwrap_or(least);
     (times, wanted)
+}
+
+/// The level at which a surface with too many faces stays. The vertices of the cage move to the limit as they are, if its
+/// faces are those of the scheme, and no crease is sharp for some levels only.
+fn least_level(scheme: Scheme, counts: &[u32], tags: &Tags) -> usize {
+    let sides = if scheme == Scheme::Loop { 3 } else { 4 };
+    let is_sharp = |sharpness: f32| sharpness <= 0.0 || sharpness >= INFINITELY_SHARP;
+    let is_regular = counts.iter().all(|&count| count == sides)
+        && tags.creases.iter().all(|(_, sharpness)| is_sharp(*sharpness))
+        && tags.corners.iter().all(|(_, sharpness)| is_sharp(*sharpness));
+    usize::from(!is_regular)
 }
 
 /// The length of an edge over the length that it may have.

@@ -67,14 +67,43 @@ fn edges_are_short_in_the_picture() {
     assert_eq!([seen(101.0), seen(1000.0)], [4usize.pow(3), 4]);
 }
 
-/// Without a camera, many meshes share the number of faces: 4 million for 200 meshes are 20,971, of 6 · 4⁵ each.
+/// Without a camera, many meshes share the number of faces: a million for 200 meshes are 5,242, of 6 · 4⁴ each.
 #[test]
 fn many_meshes_share_the_number_of_faces() {
     let hidden = "def Mesh \"h\" { token visibility = \"invisible\" }\n";
     let many: String = (0..199).map(|i| hidden.replace("\"h\"", &format!("\"h{i}\""))).collect();
     let (mesh, said) = read(&(cube("") + "\n" + &many));
-    assert_eq!(mesh.triangles.len(), 2 * 6 * 1024);
-    assert!(said.contains("/m: it is subdivided 5 times instead of 6"), "{said}");
+    assert_eq!(mesh.triangles.len(), 2 * 6 * 256);
+    assert!(said.contains("/m: it is subdivided 4 times instead of 6"), "{said}");
+}
+
+/// A mesh of quads that has too many faces already keeps them, and its vertices move to the limit. With heights x² that
+/// is x² + h²/3, for a distance h of the vertices.
+#[test]
+fn a_fine_mesh_keeps_its_faces() {
+    const SIDE: usize = 40;
+    let hidden: String =
+        (0..256).map(|i| format!("def Mesh \"h{i}\" {{ token visibility = \"invisible\" }}\n")).collect();
+    let points = |(i, j): (usize, usize)| format!("({i}, {j}, {})", i * i);
+    let all = |n: usize| (0..n).flat_map(move |i| (0..n).map(move |j| (i, j)));
+    let points: Vec<String> = all(SIDE + 1).map(points).collect();
+    let corner = |i: usize, j: usize| i * (SIDE + 1) + j;
+    let face =
+        |(i, j)| format!("{}, {}, {}, {}", corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+    let faces: Vec<String> = all(SIDE).map(face).collect();
+    let text = format!(
+        "def Mesh \"m\" {{ int[] faceVertexCounts = [{}] int[] faceVertexIndices = [{}] point3f[] points = [{}] }}",
+        vec!["4"; SIDE * SIDE].join(", "),
+        faces.join(", "),
+        points.join(", ")
+    );
+    let (mesh, said) = read(&(text + "\n" + &hidden));
+    assert!(mesh.triangles.len() == 2 * SIDE * SIDE && said.contains("/m: it is subdivided 0 times"), "{said}");
+    for (i, j) in all(SIDE).filter(|(i, j)| (1..SIDE).contains(i) && (1..SIDE).contains(j)) {
+        let p = mesh.positions[corner(i, j)];
+        let x = i as f32;
+        assert!(p.abs_diff_eq(Vec3::new(x, j as f32, x * x + 1.0 / 3.0), 1e-3), "{p}");
+    }
 }
 
 /// An infinitely sharp edge loop is a cubic B-spline, and has two normals.
