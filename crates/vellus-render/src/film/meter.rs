@@ -73,9 +73,9 @@ impl World {
     /// The exposure in stops with which white paper beside the fur is white: a multiple of an eighth in [-100, 100]. It
     /// does not depend on the colour of the fur, so dark fur stays dark.
     ///
-    /// This is an incident light meter: the mean radiance of a white ball around the fur, as the camera sees it in direct
-    /// light. With the light behind it, a third of that of its brightest place counts, so that rims keep their form.
-    /// `None` without direct light.
+    /// This is an incident light meter: the mean radiance of a white ball around the fur, as the camera sees it in
+    /// direct light. With the light behind it, a third of that of its brightest place counts, so that rims keep their
+    /// form. `None` without direct light.
     pub fn metered(&self) -> Option<f32> {
         let geometry = &self.geometry;
         let (middle, radius) = geometry.sphere()?;

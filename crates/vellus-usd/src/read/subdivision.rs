@@ -186,8 +186,8 @@ fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Poly
     (times, wanted)
 }
 
-/// The level at which a surface with too many faces stays. The vertices of the cage move to the limit as they are, if its
-/// faces are those of the scheme, and no crease is sharp for some levels only.
+/// The level at which a surface with too many faces stays. The vertices of the cage move to the limit as they are, if
+/// its faces are those of the scheme, and no crease is sharp for some levels only.
 fn least_level(scheme: Scheme, counts: &[u32], tags: &Tags) -> usize {
     let sides = if scheme == Scheme::Loop { 3 } else { 4 };
     let is_sharp = |sharpness: f32| sharpness <= 0.0 || sharpness >= INFINITELY_SHARP;
