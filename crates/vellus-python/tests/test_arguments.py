@@ -41,6 +41,7 @@ KINDS = {
     "arrow": [([0, 0, 0], "zero"), ([NAN, 0, 1], "NaN"), ([1, 2], "(2,)")] + NO_ARRAY,
     "color": [(NAN, "NaN"), (-1, "-1"), ([0.1, 0.2], "(2,)"), ([INF, 0, 0], "inf")] + NO_ARRAY,
     "tint": [(NAN, "NaN"), (-1, "-1"), (2, "2"), ([0.1, 0.2], "(2,)")] + NO_ARRAY,
+    "coat color": [([NAN, 0, 0], "NaN"), ([0, 2, 0], "2"), ("unicorn", "unicorn"), (3, TypeError)],
     "matrix": [(np.eye(3), "(3, 3)"), (NAN * SQUARE, "NaN"), (0 * SQUARE, "0, 0, 0, 1"), (1, "()")] + NO_ARRAY,
     "points": [([[NAN, 0, 0]], "NaN"), ([1, 2, 3], "(3,)"), ([[1, 2]], "(1, 2)"), (1e30 * STRAND, "1e30")]
     + NO_ARRAY,
@@ -209,8 +210,8 @@ def pictures():
     yield "plot_windows", plot.windows, {"fiber": "cat", "window": (0, 1)}, {**kinds, "window": "pair"}
     yield "Plot.save", plot.lobes("cat").save, {"path": "a.jpg"}, {"path": "path"}
     picture = scene().render(4, 4, 1)
-    yield "Picture.write", picture.write, {"path": "a.png"}, {"path": "path", "exposure": "stops", "half": "flag"}
-    yield "Picture.srgb", picture.srgb, {}, {"exposure": "stops"}
+    yield "Picture.write", picture.write, {"path": "a.png"}, {"path": "path", "exposure": "stops", "tone": "choice", "half": "flag"}
+    yield "Picture.srgb", picture.srgb, {}, {"exposure": "stops", "tone": "choice"}
     yield "Picture.ids", picture.ids, {"layer": "crypto-object"}, {"layer": "choice"}
     yield "Picture.get", picture.get, {"name": "beauty"}, {"name": "text", "default": "callback"}
 
@@ -220,7 +221,7 @@ def scenes():
     kinds = {"path": "path", "small": "flag", "fiber": "optional fiber", "width": "not negative", "strands": "share"}
     kinds |= {"camera": "text", "frame": "callback", "stage": "flag", "aspect": "positive", "light": "choice"}
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
-    kinds |= {"strict": "flag"}
+    kinds |= {"strict": "flag", "reflectance_of": "choice", "tip_color": "coat color", "tips": "share"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
     kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}
     yield "Scene.add_look", made.add_look, {"fiber": "cat"}, kinds

@@ -6,7 +6,7 @@ use super::world::{Prepared, Setup};
 use crate::checks::{positive, within};
 use crate::error::{value, with_causes};
 use crate::fiber;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyDict, PyString};
@@ -48,11 +48,13 @@ pub(super) fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>)
 /// Tips of another colour.
 fn tips_of(color: &Bound<'_, PyAny>, share: f32) -> PyResult<vellus_open::Tips> {
     let color = match color.is_instance_of::<PyString>() {
-        true => vellus_open::color(&color.extract::<String>()?).map_err(PyValueError::new_err)?,
-        false => color.extract()?,
+        true => vellus_open::color(&color.extract::<String>()?)
+            .map_err(|error| PyValueError::new_err(format!("tip_color = {error}")))?,
+        false => color
+            .extract::<[f32; 3]>()
+            .map_err(|_| PyTypeError::new_err("tip_color must be three numbers or the name of a colour"))?,
     };
     color.iter().try_for_each(|&c| within("tip_color", f64::from(c), 0.0..=1.0))?;
-    within("tips", f64::from(share), 1e-3..=1.0)?;
     Ok(vellus_open::Tips { color, share })
 }
 
@@ -138,6 +140,7 @@ impl Scene {
         tips: f32,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
+        within("tips", f64::from(tips), 1e-3..=1.0)?;
         strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
         width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
