@@ -210,7 +210,8 @@ def pictures():
     yield "plot_windows", plot.windows, {"fiber": "cat", "window": (0, 1)}, {**kinds, "window": "pair"}
     yield "Plot.save", plot.lobes("cat").save, {"path": "a.jpg"}, {"path": "path"}
     picture = scene().render(4, 4, 1)
-    yield "Picture.write", picture.write, {"path": "a.png"}, {"path": "path", "exposure": "stops", "tone": "choice", "half": "flag"}
+    kinds = {"path": "path", "exposure": "stops", "tone": "choice", "half": "flag"}
+    yield "Picture.write", picture.write, {"path": "a.png"}, kinds
     yield "Picture.srgb", picture.srgb, {}, {"exposure": "stops", "tone": "choice"}
     yield "Picture.ids", picture.ids, {"layer": "crypto-object"}, {"layer": "choice"}
     yield "Picture.get", picture.get, {"name": "beauty"}, {"name": "text", "default": "callback"}

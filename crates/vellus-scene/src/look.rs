@@ -14,7 +14,7 @@ pub struct Value {
     pub scale: [f32; 3],
 }
 
-/// What a reflectance is, as somebody asks for it: see [`Fiber::reflectance`] and `reflectance` in
+/// The meaning of a reflectance: see [`Fiber::reflectance`] and `reflectance` in
 /// [`Strands::varying`](crate::Strands::varying) and in textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReflectanceOf {

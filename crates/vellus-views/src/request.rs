@@ -11,7 +11,7 @@ const STEEPEST: f64 = 89.0;
 /// The builder of a fibre that a page sends. With a reflectance, the absorption beside it does not count.
 ///
 /// # Errors
-/// What is wrong with the fibre.
+/// A message about the fibre, if it is not valid.
 pub fn builder(fiber: &Value) -> Result<FiberBuilder, String> {
     let mut fiber = fiber.clone();
     if let Some(fields) = fiber.as_object_mut().filter(|fields| fields.contains_key(Parameter::Reflectance.name())) {

@@ -1085,7 +1085,9 @@ class Picture:
     @property
     def statistics(self) -> dict[str, float]:
         """`seconds` of rendering, `rays` that were traced, and `rejected` samples, which were not finite."""
-    def write(self, path: _Path, *, exposure: SupportsFloat = 0.0, tone: _Tone = "neutral", half: bool = True) -> list[Path]:
+    def write(
+        self, path: _Path, *, exposure: SupportsFloat = 0.0, tone: _Tone = "neutral", half: bool = True
+    ) -> list[Path]:
         """Writes an OpenEXR file with all layers and a PNG preview beside it, or a PNG file alone, and returns their
         paths.
 

@@ -68,13 +68,12 @@ impl Geometry {
 
     /// A sphere around the fur, or around all meshes if there is none: its centre and radius.
     pub fn sphere(&self) -> Option<(Vec3, f32)> {
-        let mut points: Vec<Vec3> = Vec::new();
-        for (centre, radius) in self.spheres(usize::MAX) {
-            points.extend([centre - Vec3::splat(radius), centre + Vec3::splat(radius)]);
+        let spheres = self.spheres(usize::MAX);
+        if let [only] = spheres[..] {
+            return Some(only);
         }
-        if let [(only, radius)] = self.spheres(2)[..] {
-            return Some((only, radius));
-        }
+        let corners = |(centre, radius)| [centre - Vec3::splat(radius), centre + Vec3::splat(radius)];
+        let mut points: Vec<Vec3> = spheres.into_iter().flat_map(corners).collect();
         if points.is_empty() {
             points.extend(self.triangles.meshes().iter().flat_map(|mesh| &mesh.positions));
         }

@@ -124,15 +124,15 @@ fn is_asked(geometry: &Geometry) -> bool {
 /// If `shows` is false, only skin gets its colour.
 pub(crate) fn resolve(geometry: &mut Geometry, shows: bool) {
     let measures = shows && is_asked(geometry);
-    if !measures && !geometry.surfaces.iter().any(|surface| surface.skin) {
-        return;
+    let is_new = measures && matches!(geometry.reflectance, Reflectance::Dense);
+    if is_new || geometry.surfaces.iter().any(|surface| surface.skin) {
+        let roots = Roots::new(geometry.curves.strands());
+        let owners = roots.owners(geometry);
+        if is_new {
+            geometry.reflectance = Reflectance::Shown(measure(geometry, &roots, &owners));
+        }
+        skin::color(geometry, &owners, None);
     }
-    let roots = Roots::new(geometry.curves.strands());
-    let owners = roots.owners(geometry);
-    if measures && matches!(geometry.reflectance, Reflectance::Dense) {
-        geometry.reflectance = Reflectance::Shown(measure(geometry, &roots, &owners));
-    }
-    skin::color(geometry, &owners, None);
     if !measures {
         return;
     }
