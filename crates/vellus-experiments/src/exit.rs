@@ -2,16 +2,19 @@
 
 use crate::context::Context;
 use crate::outcome::NOTHING;
-use crate::{Claim, Outcome, Table, Verdict};
+use crate::{Claim, Outcome, Picture, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use vellus::{Bcsdf, Exit, Fiber, Hit, Lobe, Species, Window};
 use vellus_models::direction;
+use vellus_plot::contact::Contact;
+use vellus_plot::save;
 use vellus_plot::sheet::{DECADES, Sheet};
-use vellus_reference::simulate::azimuth::azimuth_error;
+use vellus_reference::simulate::azimuth::{BINS, azimuth_error, azimuths};
 use vellus_reference::simulate::energies::Offsets;
 use vellus_reference::simulate::scattered::{Scattered, scattered};
+use vellus_render::Display;
 
 /// Cells of θ and φ: 10° × 15°.
 const CELLS: [usize; 2] = [18, 24];
@@ -28,7 +31,10 @@ const GRAZING: f64 = 85.0;
 
 /// Inclinations and offsets of the near field of presets.
 const NEAR: [f64; 2] = [0.0, SHOWN];
-const HITS: [f64; 4] = [0.0, 0.3, 0.6, 0.9];
+const HITS: [f64; 5] = [0.0, 0.3, 0.6, 0.9, 0.98];
+
+/// Width and height of a picture of one fibre. A pixel has one offset h.
+const LIT: [u32; 2] = [96, 40];
 
 /// First exits.
 const FIRST: [Lobe; 2] = [Lobe::Tts, Lobe::Trts];
@@ -115,6 +121,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     claims(&mut outcome, &rows);
     presets_far(context, &mut outcome, species, photons)?;
     presets_near(context, &mut outcome, species)?;
+    lit_from_the_side(context, &mut outcome, species)?;
     outcome.notes.push(
         "The statistical error of the simulation is part of every L1 error. Later exits are compared with a density \
          ∝ cos θ_i over solid angle."
@@ -224,6 +231,49 @@ fn presets_near(context: &Context<'_>, outcome: &mut Outcome, species: &[Species
          the photons, halved.",
         100.0 * noise[0]
     ));
+    Ok(())
+}
+
+/// Fibres across their width under a light from the side, which covers 30° of azimuth and all inclinations.
+fn lit_from_the_side(context: &Context<'_>, outcome: &mut Outcome, species: &[Species]) -> Result<()> {
+    let photons = context.quality.pick(2_000, 60_000, 1_000_000);
+    let quarter = BINS / 4;
+    let lit = |bins: &[[f64; 3]]| (quarter - 1..=quarter).fold([0.0; 3], |a, b| [0, 1, 2].map(|c| a[c] + bins[b][c]));
+    let mut pictures = Vec::new();
+    let stage = context.stage(species.len() as u64, "tracing fibres lit from the side");
+    for &name in species {
+        context.check_interrupted()?;
+        let fiber = Fiber::preset(name);
+        let pixel = |x: u32| -> Result<[[f64; 3]; 3]> {
+            let h = (f64::from(x) + 0.5) / f64::from(LIT[0]) * 2.0 - 1.0;
+            let traced = scattered(&fiber, 0.0, Offsets::At(h), [1, BINS], photons, u64::from(x), &())?;
+            let both = traced.first.iter().zip(&traced.later);
+            let traced: Vec<[f64; 3]> = both.map(|(a, b)| [0, 1, 2].map(|c| a[c] + b[c])).collect();
+            let [open, reflecting] = Exit::ALL.map(|exit| azimuths(&fiber.with_exit(exit), 0.0, h));
+            Ok([lit(&traced), lit(&open?), lit(&reflecting?)])
+        };
+        let row: Vec<[[f64; 3]; 3]> = (0..LIT[0]).into_par_iter().map(pixel).collect::<Result<_>>()?;
+        let white = row.iter().flatten().flatten().fold(1e-30, |a, &b| b.max(a));
+        pictures.extend((0..3).map(|k| {
+            let line = row.iter().map(|pixel| Display::srgb(0.0).encode(pixel[k].map(|x| x / white), 1.0));
+            line.collect::<Vec<_>>().repeat(LIT[1] as usize)
+        }));
+        stage.advance(1);
+    }
+    let sheet = Contact {
+        title: "Scattered light of fibres lit from the left".to_owned(),
+        labels: [
+            species.iter().map(ToString::to_string).collect(),
+            ["simulated", "open", "reflecting"].map(str::to_owned).to_vec(),
+        ],
+        size: LIT,
+        pictures,
+    };
+    let caption = "Light that the medulla scattered, across the width of a fibre of each preset. A light at the side \
+                   covers 30° of azimuth. Left: the simulated fibre. Middle: the open exit, as in the paper. Right: \
+                   the default. The brightest pixel of each row is white.";
+    save(&sheet, &[context.path("side.png")])?;
+    outcome.pictures.push(Picture::new("side.png".to_owned(), caption));
     Ok(())
 }
 

@@ -38,7 +38,7 @@ pub fn azimuth_error(fiber: &Fiber, theta_o: f64, h: f64, photons: u64, seed: u6
     }
     let half = |seed: u64| scattered(fiber, theta_o, Offsets::At(h), [1, BINS], photons / 2, seed, &());
     let halves = [half(seed)?, half(!seed)?];
-    let model = model(fiber, theta_o, h)?;
+    let model = azimuths(fiber, theta_o, h)?;
     let mut error = AzimuthError::default();
     for c in 0..3 {
         for (bin, ours) in model.iter().enumerate() {
@@ -56,8 +56,12 @@ pub fn azimuth_error(fiber: &Fiber, theta_o: f64, h: f64, photons: u64, seed: u6
     Ok(error)
 }
 
-/// TTˢ, TRTˢ and the scattered part of the residual lobe in each bin.
-fn model(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS], Error> {
+/// The model's TTˢ, TRTˢ and scattered part of the residual lobe in each bin, as a fraction of the light that hits the
+/// fibre, RGB. The arguments are those of [`azimuth_error`].
+///
+/// # Errors
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
+pub fn azimuths(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS], Error> {
     let bcsdf = Bcsdf::new(fiber)?;
     let hit = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32));
     let energy = hit.energy().0.map(|lobe| lobe.map(f64::from));
