@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 34] = [
+pub const PICTURE_OPTIONS: [&str; 37] = [
     "--small",
     "--fiber",
     "--set",
@@ -38,6 +38,9 @@ pub const PICTURE_OPTIONS: [&str; 34] = [
     "--reflectance-of",
     "--tip-color",
     "--tips",
+    "--ramp",
+    "--belly",
+    "--mix",
     "--layers",
     "--denoise",
     "--float",

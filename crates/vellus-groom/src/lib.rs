@@ -3,7 +3,7 @@
 //! - [`grow()`] grows fur on a mesh. [`GrowSettings`] has the numbers of the groom, and [`Maps`] varies them over the
 //!   mesh.
 //! - [`read_hair`], [`read_tfx`] and [`read_obj`] read files; [`write_hair`] writes one.
-//! - [`flatten()`], [`thin()`] and [`measure()`] work on any strands.
+//! - [`interpolate()`] makes a groom denser, [`thin()`] makes it less dense. [`flatten()`] and [`measure()`] work on any strands.
 //! - [`scene`] returns one of the built-in [`SCENES`].
 //!
 //! ```
@@ -45,6 +45,7 @@ mod flatten;
 mod group;
 mod grow;
 mod hair;
+mod interpolate;
 mod measure;
 mod obj;
 mod patch;
@@ -66,6 +67,7 @@ pub use flatten::flatten;
 pub use group::{Ground, Group, GroupError, read_groups, toml_message};
 pub use grow::{area, grow};
 pub use hair::{HairHeader, hair_header, read_hair, write_hair};
+pub use interpolate::{Interpolation, interpolate, root_normals};
 pub use measure::{Measures, bytes, measure};
 pub use obj::read_obj;
 pub use patch::reference_coat;

@@ -48,6 +48,16 @@ pub fn share(text: &str) -> Result<f32, String> {
     is_good.then_some(percent / 100.0).ok_or_else(|| "a share is above 0% and at most 100%".to_owned())
 }
 
+/// A multiple in percent, such as `400%` or `400`, as a number in (0, 100].
+///
+/// # Errors
+/// A message for any other text.
+pub fn multiple(text: &str) -> Result<f32, String> {
+    let percent = text.strip_suffix('%').unwrap_or(text).parse().unwrap_or(f32::NAN);
+    let is_good = percent > 0.0 && percent <= 10_000.0;
+    is_good.then_some(percent / 100.0).ok_or_else(|| "it is above 0% and at most 10000%".to_owned())
+}
+
 /// An exposure in stops, in [-100, 100].
 ///
 /// # Errors

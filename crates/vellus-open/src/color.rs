@@ -56,6 +56,16 @@ pub fn color(text: &str) -> Result<[f32; 3], String> {
     Ok([css.r, css.g, css.b].map(linear))
 }
 
+/// A [`color`] that a surface can have: each channel is in [0, 1].
+///
+/// # Errors
+/// What was expected.
+pub fn reflectance(text: &str) -> Result<[f32; 3], String> {
+    let color = color(text)?;
+    let is_good = color.iter().all(|c| (0.0..=1.0).contains(c));
+    is_good.then_some(color).ok_or_else(|| format!("'{text}': each channel must be in [0, 1]"))
+}
+
 /// An sRGB value in [0, 1] as linear light.
 fn linear(x: f32) -> f32 {
     if x <= 0.040_45 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }

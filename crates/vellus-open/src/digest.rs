@@ -1,8 +1,9 @@
 //! The identity of scenes.
 
-use crate::{Format, Options, Recolor, Tips};
+use crate::{Format, Options, Recolor};
 use std::path::Path;
 use vellus::Fiber;
+use vellus_groom::Interpolation;
 use vellus_io::DigestBuilder;
 use vellus_scene::ReflectanceOf;
 
@@ -29,11 +30,14 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         Some(staging) => staging.identify(builder, built_in.is_some()),
         None => builder,
     };
-    let builder = match options.tips {
-        Some(Tips { color: [r, g, b], share }) => {
-            builder.field("tips", [r, g, b, share].map(f32::to_le_bytes).concat())
-        }
-        None => builder,
+    // Both print all of their fields.
+    let builder = match options.markings.is_empty() {
+        true => builder,
+        false => builder.field("markings", format!("{:?}", options.markings)),
+    };
+    let builder = match options.interpolation == Interpolation::default() {
+        true => builder,
+        false => builder.field("interpolation", format!("{:?}", options.interpolation)),
     };
     let builder = match options.reflectance_of {
         ReflectanceOf::Groom => builder,

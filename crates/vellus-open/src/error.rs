@@ -63,6 +63,14 @@ pub enum Error {
     /// A file of strands or polygons is invalid.
     #[error(transparent)]
     Strands(#[from] vellus_groom::Error),
+    /// Strands cannot be interpolated.
+    #[error("{strands}: {source}")]
+    Interpolation {
+        /// Their name.
+        strands: String,
+        /// Why.
+        source: vellus_groom::Error,
+    },
     /// A value of a group of strands is out of its range, or a mesh cannot grow it.
     #[error(transparent)]
     Group(#[from] vellus_groom::GroupError),

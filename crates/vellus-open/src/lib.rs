@@ -23,26 +23,26 @@ mod digest;
 mod error;
 mod fiber;
 mod grow;
+mod markings;
 mod mesh;
 mod recolor;
 mod staging;
-mod tips;
 mod write;
 
-pub use color::color;
+pub use color::{color, reflectance};
 pub use digest::identify;
 pub use error::{Error, Warning};
 pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
 pub use grow::{Grown, Growth, Skin};
+pub use markings::{Markings, Mix, Ramp, Tips};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 pub use recolor::Recolor;
 pub use staging::{Backdrop, Lighting, Staging};
-pub use tips::Tips;
 pub use write::{dropped, write};
 
 use std::path::Path;
 use vellus::Fiber;
-use vellus_groom::HairHeader;
+use vellus_groom::{HairHeader, Interpolation};
 use vellus_io::Sources;
 use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
 use vellus_usd::{FALLBACK_LOOK, RenderSettings};
@@ -57,16 +57,20 @@ pub struct Options {
     pub fiber: Option<(String, Fiber)>,
     /// A change of all fibres, those of the file or of the built-in scene included.
     pub recolor: Option<Recolor>,
-    /// Another colour for the tips of all strands.
-    pub tips: Option<Tips>,
+    /// Colours along strands, between strands and of the belly.
+    pub markings: Markings,
     /// What the reflectances of the scene mean.
     pub reflectance_of: ReflectanceOf,
     /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
     /// such strands are an error, unless [`Options::staging`] is set: they then get
     /// [`vellus_groom::suggested_width`], and a warning.
     pub width: Option<f32>,
-    /// Keep only this share of the strands, in (0, 1], and widen them so that they cover as much.
+    /// The number of strands as a multiple of those in the file, above 0. Below 1: keep only this share, and widen them
+    /// so that they cover as much. Above 1: interpolate between them ([`vellus_groom::interpolate()`]), with roots that
+    /// belong to the first frame.
     pub strands: Option<f32>,
+    /// How strands follow those between which they are interpolated.
+    pub interpolation: Interpolation,
     /// Camera of a USD file, by name or path. `None` is the first one.
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
@@ -208,13 +212,13 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
 
 /// Opens a scene. Strands whose file has no width at all get the width `missing`.
 fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
-    let mut opened = open_all(scene, options, missing)?;
+    let mut opened = open_dense(scene, options, missing)?;
     if let Some(recolor) = &options.recolor {
         recolor.apply(&mut opened.scene)?;
     }
     opened.scene.reflectance = options.reflectance_of;
-    if let Some(tips) = options.tips {
-        tips.apply(&mut opened.scene);
+    if !options.markings.is_empty() {
+        options.markings.apply(&mut opened.scene);
     }
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(scene)?, Format::BuiltIn(_));
@@ -227,7 +231,7 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
     if options.strict && !opened.warnings.is_empty() {
         return Err(Error::Strict(opened.warnings));
     }
-    if let Some(share) = options.strands {
+    if let Some(share) = options.strands.filter(|share| *share < 1.0) {
         opened.scene.all_strands_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
     }
     Ok(opened)
@@ -247,9 +251,23 @@ fn still(path: &Path, options: &Options, staging: &Staging, scene: &Scene) -> Re
     if options.frame.is_none() || !(staging.is_needed(scene) || scene.all_strands().any(has_no_width)) {
         return Ok(None);
     }
-    let mut still = open_all(path, &Options { frame: None, ..options.clone() }, Some(0.0))?.scene;
+    let mut still = open_dense(path, &Options { frame: None, ..options.clone() }, Some(0.0))?.scene;
     suggest_widths(&mut still, None);
     Ok(Some(still))
+}
+
+/// Opens a file, and interpolates between its strands if there are to be more.
+fn open_dense(path: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
+    let mut opened = open_all(path, options, missing)?;
+    let Some(factor) = options.strands.filter(|factor| *factor > 1.0) else { return Ok(opened) };
+    let first = || open_all(path, &Options { frame: None, ..options.clone() }, Some(0.0));
+    let rest = options.frame.map(|_| first()).transpose()?.map(|first| first.scene);
+    for strands in opened.scene.all_strands_mut() {
+        let rest = rest.as_ref().and_then(|rest| rest.all_strands().find(|rest| rest.name == strands.name));
+        let denser = vellus_groom::interpolate(strands, rest, factor, options.interpolation);
+        *strands = denser.map_err(|source| Error::Interpolation { strands: strands.name.clone(), source })?;
+    }
+    Ok(opened)
 }
 
 fn has_no_width(strands: &Strands) -> bool {

@@ -219,10 +219,11 @@ def pictures():
 
 def scenes():
     made = scene()
-    kinds = {"path": "path", "small": "flag", "fiber": "optional fiber", "width": "not negative", "strands": "share"}
+    kinds = {"path": "path", "small": "flag", "fiber": "optional fiber", "width": "not negative", "strands": "positive"}
     kinds |= {"camera": "text", "frame": "callback", "stage": "flag", "aspect": "positive", "light": "choice"}
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
     kinds |= {"strict": "flag", "reflectance_of": "choice", "tip_color": "coat color", "tips": "share"}
+    kinds |= {"ramp": "choice", "belly": "coat color", "mix": "choices"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
     kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}
     yield "Scene.add_look", made.add_look, {"fiber": "cat"}, kinds

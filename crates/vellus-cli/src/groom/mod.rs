@@ -7,6 +7,12 @@ use crate::render::Input;
 use crate::say::{note, say};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
+use vellus_groom::Interpolation;
+use vellus_open::Options;
+use vellus_scene::Strands;
+
+/// The number of strands that `interpolate` makes of one, if nothing says it.
+const DENSER: f32 = 10.0;
 
 /// The subcommands.
 #[derive(clap::Subcommand)]
@@ -27,6 +33,17 @@ pub enum Command {
         #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
         pieces: u16,
     },
+    /// Grow strands between those that are there, such as guides. Each follows three strands around it; waves and curls
+    /// are those of the nearest one.
+    Interpolate {
+        #[command(flatten)]
+        input: Input,
+        /// File to write, .usda or .usdc.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+        #[command(flatten)]
+        interpolation: Interpolation,
+    },
     Grow(Box<grow::Args>),
 }
 
@@ -38,8 +55,23 @@ pub fn run(command: &Command) -> Result<()> {
             output::write(None, vellus_groom::describe(&opened.scene, opened.header.as_ref()).as_bytes())
         }
         Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
+        Command::Interpolate { input, output, interpolation } => interpolate(input, output, *interpolation),
         Command::Grow(args) => grow::run(args),
     }
+}
+
+fn interpolate(input: &Input, path: &Path, interpolation: Interpolation) -> Result<()> {
+    output::check_extension(path, &["usda", "usdc"])?;
+    let mut input = input.clone();
+    input.strands = Some(input.strands.unwrap_or(DENSER));
+    let options = Options { interpolation, ..input.options(None)? };
+    output::writable(path)?;
+    let scene = input.open_with(&options)?.scene;
+    vellus_open::write(&scene, path, 1)?;
+    let count: usize = scene.all_strands().map(Strands::len).sum();
+    let output = path.display();
+    say!("{count} strands\nwrote {output}\nNext: vellus render {output}");
+    Ok(())
 }
 
 fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {

@@ -5,16 +5,14 @@ use crate::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use vellus_io::parse;
-use vellus_open::{Error, Format, Opened, Options, Staging, Tips, Warning, color};
+use vellus_open::{Error, Format, Markings, Mix, Opened, Options, Ramp, Staging, Tips, Warning};
 
 /// A reflectance on a command line. A list would be several values for clap.
 #[derive(Clone, Copy)]
 struct Reflectance([f32; 3]);
 
 fn reflectance(text: &str) -> Result<Reflectance, String> {
-    let color = color(text)?;
-    let is_good = color.iter().all(|c| (0.0..=1.0).contains(c));
-    if is_good { Ok(Reflectance(color)) } else { Err("each channel must be in [0, 1]".to_owned()) }
+    vellus_open::reflectance(text).map(Reflectance)
 }
 
 /// Which scene.
@@ -43,6 +41,15 @@ pub struct Input {
     /// Share of the length over which strands get the colour of their tips [default: 30%].
     #[arg(long, value_name = "PERCENT", value_parser = parse::share, requires = "tip_color")]
     tips: Option<f32>,
+    /// Colours from root to tip, with spaces between them; an @ gives a position: "black fawn@40% white".
+    #[arg(long, value_name = "COLORS")]
+    ramp: Option<Ramp>,
+    /// Colour where the skin faces down, as on the belly of most animals.
+    #[arg(long, value_name = "COLOR", value_parser = reflectance)]
+    belly: Option<Reflectance>,
+    /// A share of the strands, chosen at random, gets another colour: white:30%. May be repeated.
+    #[arg(long, value_name = "COLOR:PERCENT")]
+    mix: Vec<Mix>,
     /// What a reflectance is: the colour that this groom shows (groom), or that of a dense coat of its fibres (dense).
     #[arg(long, value_name = "COAT", default_value = "groom", value_parser = ["groom", "dense"])]
     reflectance_of: String,
@@ -50,9 +57,10 @@ pub struct Input {
     /// and `vellus render` uses it.
     #[arg(long, value_name = "WIDTH", value_parser = parse::positive::<f32>)]
     width: Option<f32>,
-    /// Keep only this share of the strands, and widen them to cover as much. For previews.
-    #[arg(long, value_parser = parse::share, value_name = "PERCENT", allow_hyphen_values = true)]
-    strands: Option<f32>,
+    /// The number of strands. Below 100%: keep only this share, and widen them to cover as much, for previews. Above
+    /// 100%: interpolate between them, for guides and thin coats; at most 10000%.
+    #[arg(long, value_parser = parse::multiple, value_name = "PERCENT", allow_hyphen_values = true)]
+    pub strands: Option<f32>,
     /// Camera of a USD file, by name or path [default: that of its RenderSettings, or the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -79,7 +87,12 @@ impl Input {
             camera: self.camera.clone(),
             frame: self.frame,
             strict: self.strict,
-            tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
+            markings: Markings {
+                ramp: self.ramp.clone(),
+                belly: self.belly.map(|color| color.0),
+                tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
+                mix: self.mix.clone(),
+            },
             reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
             instances: staging.is_some(),
             staging,
@@ -97,7 +110,12 @@ impl Input {
 
     /// Opens the scene, and prints warnings.
     pub fn open(&self, staging: Option<Staging>) -> Result<Opened> {
-        report(vellus_open::open(&self.scene, &self.options(staging)?))
+        self.open_with(&self.options(staging)?)
+    }
+
+    /// Opens the scene with changed options, and prints warnings.
+    pub fn open_with(&self, options: &Options) -> Result<Opened> {
+        report(vellus_open::open(&self.scene, options))
     }
 
     /// Prints warnings about the scene that the renderer found, once for all frames.

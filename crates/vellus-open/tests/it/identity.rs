@@ -1,8 +1,9 @@
 //! The identity of pictures: the digest of the settings of the path tracer and of the scene.
 
 use vellus::{Color, Fiber, Species};
+use vellus_groom::Interpolation;
 use vellus_io::{Digest, Sources};
-use vellus_open::{Backdrop, Lighting, Options, Recolor, Staging, Tips, identify};
+use vellus_open::{Backdrop, Lighting, Markings, Options, Recolor, Staging, Tips, identify};
 use vellus_render::session::Identity;
 use vellus_render::{Layer, Lod, Settings};
 use vellus_scene::ReflectanceOf;
@@ -33,6 +34,7 @@ fn the_identity_is_the_same_everywhere() {
 fn every_option_changes_the_identity() {
     let fox = Fiber::preset(Species::RedFox);
     let new = Options::default;
+    let marked = |markings| Options { markings, ..new() };
     let staged = |staging| Options { staging: Some(staging), ..new() };
     let all = [
         new(),
@@ -44,7 +46,9 @@ fn every_option_changes_the_identity() {
         Options { recolor: Some(Recolor::new(Some("dog".into()), Vec::new()).unwrap()), ..new() },
         Options { recolor: Some(Recolor::new(None, vec!["kappa=0.5".to_owned()]).unwrap()), ..new() },
         Options { reflectance_of: ReflectanceOf::Dense, ..new() },
-        Options { tips: Some(Tips { color: [0.1; 3], share: 0.3 }), ..new() },
+        marked(Markings { tips: Some(Tips { color: [0.1; 3], share: 0.3 }), ..Markings::default() }),
+        marked(Markings { belly: Some([0.1; 3]), ..Markings::default() }),
+        Options { interpolation: Interpolation { clump: 0.5, ..Interpolation::default() }, ..new() },
         Options { fiber: Some(("red-fox".to_owned(), fox.with_color(Color::Reflectance([0.9; 3])).unwrap())), ..new() },
         staged(Staging::new(1.5)),
         staged(Staging { view: Some("1,2".parse().unwrap()), ..Staging::new(1.5) }),

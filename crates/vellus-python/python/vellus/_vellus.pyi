@@ -790,16 +790,21 @@ class Scene:
         reflectance_of: Literal["groom", "dense"] = "groom",
         tip_color: Iterable[SupportsFloat] | str | None = None,
         tips: SupportsFloat = 0.3,
+        ramp: str | None = None,
+        belly: Iterable[SupportsFloat] | str | None = None,
+        mix: Sequence[str] = ...,
     ) -> Scene:
         """Reads a scene.
 
         `path`: a USD file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene: `vellus scene
         list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
-        diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
-        USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
-        is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
-        dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of
-        their length, in (0, 1].
+        diameter of strands without widths. `strands`: their number, as a multiple of those of the file, in (0, 100]:
+        below 1 the others are left out, above 1 there are more between them. `camera`, `frame`: of a USD file.
+        `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that is added.
+        `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a dense coat
+        (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of their length,
+        in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`. `belly`: the colour where the skin faces
+        down. `mix`: strands of other colours, `["white:30%"]`.
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

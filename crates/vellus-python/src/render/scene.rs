@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vellus::glam::{Vec2, Vec3, Vec4};
-use vellus_open::{Backdrop, Staging, Warning};
+use vellus_open::{Backdrop, Markings, Staging, Tips, Warning};
 use vellus_scene::{Instance, Look, Mesh, Prototype, Strands, Surface, Texture};
 use vellus_scene::{MAX_COORDINATE, Tint, Value};
 
@@ -45,17 +45,17 @@ pub(super) fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>)
     text.map(parse).transpose()
 }
 
-/// Tips of another colour.
-fn tips_of(color: &Bound<'_, PyAny>, share: f32) -> PyResult<vellus_open::Tips> {
+/// A colour, RGB in [0, 1] or its name.
+fn reflectance_argument(name: &str, color: &Bound<'_, PyAny>) -> PyResult<[f32; 3]> {
     let color = match color.is_instance_of::<PyString>() {
         true => vellus_open::color(&color.extract::<String>()?)
-            .map_err(|error| PyValueError::new_err(format!("tip_color = {error}")))?,
+            .map_err(|error| PyValueError::new_err(format!("{name} = {error}")))?,
         false => color
             .extract::<[f32; 3]>()
-            .map_err(|_| PyTypeError::new_err("tip_color must be three numbers or the name of a colour"))?,
+            .map_err(|_| PyTypeError::new_err(format!("{name} must be three numbers or the name of a colour")))?,
     };
-    color.iter().try_for_each(|&c| within("tip_color", f64::from(c), 0.0..=1.0))?;
-    Ok(vellus_open::Tips { color, share })
+    color.iter().try_for_each(|&c| within(name, f64::from(c), 0.0..=1.0))?;
+    Ok(color)
 }
 
 /// The number of points of each strand. `grid`: those of strands that all have as many, whose points are (S, K, 3).
@@ -103,11 +103,13 @@ impl Scene {
     ///
     /// `path`: a USD file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene: `vellus scene
     /// list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
-    /// diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
-    /// USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
-    /// is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
-    /// dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of
-    /// their length, in (0, 1].
+    /// diameter of strands without widths. `strands`: their number, as a multiple of those of the file, in (0, 100]:
+    /// below 1 the others are left out, above 1 there are more between them. `camera`, `frame`: of a USD file.
+    /// `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that is added.
+    /// `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a dense coat
+    /// (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of their length,
+    /// in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`. `belly`: the colour where the skin faces
+    /// down. `mix`: strands of other colours, `["white:30%"]`.
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
@@ -118,7 +120,7 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
-        reflectance_of="groom", tip_color=None, tips=0.3))]
+        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![]))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -138,10 +140,13 @@ impl Scene {
         reflectance_of: &str,
         tip_color: Option<&Bound<'_, PyAny>>,
         tips: f32,
+        ramp: Option<String>,
+        belly: Option<&Bound<'_, PyAny>>,
+        mix: Vec<String>,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
         within("tips", f64::from(tips), 1e-3..=1.0)?;
-        strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
+        strands.map_or(Ok(()), |factor| positive("strands", factor.into(), 100.0))?;
         width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
             return Err(PyValueError::new_err("light, background, view and body need stage=True"));
@@ -161,8 +166,18 @@ impl Scene {
         let options = vellus_open::Options {
             small,
             fiber,
-            recolor: None,
-            tips: tip_color.map(|color| tips_of(color, tips)).transpose()?,
+            markings: Markings {
+                ramp: parsed("ramp", ramp)?,
+                belly: belly.map(|color| reflectance_argument("belly", color)).transpose()?,
+                tips: tip_color
+                    .map(|color| reflectance_argument("tip_color", color))
+                    .transpose()?
+                    .map(|color| Tips { color, share: tips }),
+                mix: mix
+                    .into_iter()
+                    .map(|mix| mix.parse().map_err(|e| PyValueError::new_err(format!("mix = {e}"))))
+                    .collect::<PyResult<_>>()?,
+            },
             reflectance_of: parsed("reflectance_of", Some(reflectance_of.to_owned()))?.unwrap_or_default(),
             width,
             strands,
@@ -171,6 +186,7 @@ impl Scene {
             instances: true,
             strict,
             staging,
+            ..vellus_open::Options::default()
         };
         let opened = crate::threads::run(py, |_| vellus_open::open(&path, &options))?.map_err(|e| with_causes(&e))?;
         let names = opened.scene.light_groups.iter().cloned().map(Some);

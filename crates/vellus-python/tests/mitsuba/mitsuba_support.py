@@ -59,14 +59,19 @@ def columns(F, a):
 
 
 def fur(strands, seed=1, radius=0.02):
-    """Control points of uniform cubic B-splines on the unit sphere, (strands, 8, 3), and radii, (8,)."""
+    """Control points of uniform cubic B-splines on the unit sphere, (strands, 8, 3), and radii, (8,).
+
+    Both ends are thin: Vellus closes strands with balls, Mitsuba leaves them open.
+    """
     g = np.random.default_rng(seed)
     root = g.normal(size=(strands, 3))
     root /= np.linalg.norm(root, axis=1, keepdims=True)
     lean = np.cross(root, [0.0, 0.0, 1.0]) * 0.5 + g.normal(size=(strands, 3)) * 0.2
     t = np.linspace(-0.15, 1.15, 8)[None, :, None]
     points = root[:, None] * (1 + 0.5 * t) + lean[:, None] * 0.4 * t * t
-    return points.astype(np.float32), (radius * (1 - 0.6 * np.clip(t[0, :, 0], 0, 1))).astype(np.float32)
+    t = t[0, :, 0]
+    radii = np.where(np.abs(t - 0.5) < 0.4, radius * (1 - 0.6 * t), 0.02 * radius)
+    return points.astype(np.float32), radii.astype(np.float32)
 
 
 def write_curves(path, points, radii):

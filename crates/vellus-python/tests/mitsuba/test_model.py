@@ -41,10 +41,13 @@ def test_values_equal_the_crate(single):
     width β, x widths from its centre, this is a relative error of x·1e-6/β: at β = 1.5° (the narrowest here, TT along
     the fibre) and x = 4 it is 1.5e-4. There the value is below 1e-3 of the peak. So the difference is relative to the
     value plus 0.01 per steradian. The mean of all values is about 0.05 per steradian.
+
+    Where a path grazes the medulla, its length in it, √(κ² − h²), has a vertical tangent. An error of 1e-7 in h becomes
+    one of 1e-7/√(2x) if h is x times κ below κ: 7e-6 at x = 1e-4. Lobes change by several times as much there, so one
+    query in thousands has a bound of 1e-3.
     """
     g = np.random.default_rng(11)
     F, n = (mi.Float if single else Float64), 2000
-    worst = 0.0
     for fiber in fibers(g, 50):
         model = vellus.Bcsdf(fiber)
         wo, wi, h = directions(g, n), directions(g, n), g.uniform(-1, 1, n).astype(np.float32)
@@ -54,9 +57,13 @@ def test_values_equal_the_crate(single):
         hit = Fiber(F, values(fiber), fiber.exit == "reflecting").at(columns(F, wo), F(h))
         value, density = hit.eval_pdf(columns(F, wi))
         value = np.stack([v.numpy() for v in value], -1)
+        # Bravais: the index of refraction across the fibre.
+        inside = h * np.sqrt(1 - wo[:, 0] ** 2) / np.sqrt(fiber.eta**2 - wo[:, 0] ** 2)
+        grazes = np.abs(np.abs(inside) / fiber.kappa - 1) < 1e-3
         for ours, theirs in ((value, expected), (density.numpy(), pdf)):
-            worst = max(worst, (np.abs(ours - theirs) / (theirs + 0.01)).max())
-            assert worst < 1e-4, fiber
+            error = (np.abs(ours - theirs) / (theirs + 0.01)).reshape(n, -1).max(1)
+            assert error[~grazes].max() < 1e-4, fiber
+            assert error[grazes].max(initial=0) < 1e-3, fiber
 
 
 def test_hair_without_medulla_equals_the_crate():
