@@ -220,6 +220,14 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
     if !options.markings.is_empty() {
         options.markings.apply(&mut opened.scene);
     }
+    let is_recolored = options.recolor.as_ref().is_some_and(Recolor::changes_color) || !options.markings.is_empty();
+    if is_recolored && matches!(Format::of(scene)?, Format::BuiltIn(_)) {
+        // Its exposure suits the coat that was replaced, and its skin has the pattern of that coat.
+        opened.is_metered = true;
+        for surface in opened.scene.surfaces.iter_mut().filter(|surface| surface.name.ends_with(" skin")) {
+            (surface.skin, surface.color.texture) = (true, None);
+        }
+    }
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(scene)?, Format::BuiltIn(_));
         let still = still(scene, options, staging, &opened.scene)?;

@@ -38,6 +38,11 @@ impl Recolor {
         Ok(Recolor { fiber: fiber.map(|_| (source.name(), read)), set })
     }
 
+    /// Whether the fibres get another colour.
+    pub(crate) fn changes_color(&self) -> bool {
+        self.fiber.is_some() || self.replaces(Parameter::Reflectance)
+    }
+
     /// Changes all fibres of a scene.
     ///
     /// # Errors
@@ -98,6 +103,18 @@ mod tests {
         let other = cat(Some(Recolor::new(Some("raccoon".into()), Vec::new()).unwrap()));
         assert!(other.looks.len() == 1 && other.strands.iter().all(|strands| strands.varying.is_empty()));
         assert_eq!(other.looks[0].fiber, Fiber::preset(Species::Raccoon));
+    }
+
+    #[test]
+    fn skin_and_exposure_of_built_in_scenes_follow_a_new_colour() {
+        let cat = |set: &str| {
+            let recolor = Some(Recolor::new(None, vec![set.to_owned()]).unwrap());
+            let opened = open("cat", &Options { small: true, recolor, ..Options::default() }).unwrap();
+            let skin = opened.scene.surfaces.iter().find(|surface| surface.name == "cat skin").unwrap();
+            (skin.skin, skin.color.texture.is_some(), opened.is_metered)
+        };
+        assert_eq!(cat("reflectance=ginger"), (true, false, true));
+        assert_eq!(cat("beta_m=3"), (false, true, false));
     }
 
     #[test]
