@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 34] = [
+pub const PICTURE_OPTIONS: [&str; 35] = [
     "--small",
     "--fiber",
     "--set",
@@ -14,6 +14,7 @@ pub const PICTURE_OPTIONS: [&str; 34] = [
     "--width",
     "--strands",
     "--camera",
+    "--shutter",
     "--strict",
     "--view",
     "--light",

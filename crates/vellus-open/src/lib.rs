@@ -71,6 +71,9 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
+    /// When the shutter opens and closes, in time codes of a USD file relative to the frame, in this order. Equal times
+    /// are no motion blur. `None` is the shutter of the camera.
+    pub shutter: Option<[f64; 2]>,
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
     pub instances: bool,
@@ -179,7 +182,7 @@ impl Format {
 /// [`Error::Body`] or [`Error::Read`] for the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();
-    let seen = options.camera.is_some() || options.frame.is_some();
+    let seen = options.camera.is_some() || options.frame.is_some() || options.shutter.is_some();
     let viewed = options.staging.as_ref().is_some_and(|staging| staging.view.is_some());
     if options.camera.is_some() && viewed {
         return Err(Error::TwoCameras);
@@ -330,7 +333,7 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         default_width: width,
         frame: options.frame,
         camera: options.camera.clone(),
-        shutter: None,
+        shutter: options.shutter,
         fallback: options.fiber().1,
         instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),

@@ -11,6 +11,14 @@ use vellus_open::{Error, Format, Opened, Options, Staging, Tips, Warning, color}
 #[derive(Clone, Copy)]
 struct Reflectance([f32; 3]);
 
+/// The times of a shutter. An array would be several values for clap.
+#[derive(Clone, Copy)]
+struct Shutter([f64; 2]);
+
+fn parse_shutter(text: &str) -> Result<Shutter, String> {
+    parse::shutter(text).map(Shutter)
+}
+
 fn reflectance(text: &str) -> Result<Reflectance, String> {
     let color = color(text)?;
     let is_good = color.iter().all(|c| (0.0..=1.0).contains(c));
@@ -62,6 +70,10 @@ pub struct Input {
     /// Time code of a USD file.
     #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
+    /// When the shutter opens and closes, in frames relative to the frame, e.g. -0.25:0.25. `off` is no motion blur
+    /// [default: the shutter of the camera].
+    #[arg(long, value_name = "OPEN:CLOSE", value_parser = parse_shutter, allow_hyphen_values = true)]
+    shutter: Option<Shutter>,
 }
 
 impl Input {
@@ -78,6 +90,7 @@ impl Input {
             strands: self.strands,
             camera: self.camera.clone(),
             frame: self.frame,
+            shutter: self.shutter.map(|shutter| shutter.0),
             strict: self.strict,
             tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
             reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
@@ -152,11 +165,13 @@ fn strict(warnings: usize) -> Result<()> {
 pub fn explain(error: Error) -> anyhow::Error {
     match error {
         Error::BuiltIn(scene) => {
-            anyhow!("--width, --camera, --frame and --frames are for files: the built-in scene {scene} has its own")
+            anyhow!(
+                "--width, --camera, --shutter, --frame and --frames are for files: the built-in scene {scene} has its own"
+            )
         }
         Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
-            anyhow!("--frame, --frames and --camera are for USD files: {} has neither", file.display())
+            anyhow!("--shutter, --frame, --frames and --camera are for USD files: {} has none", file.display())
         }
         Error::SeveralMeshes { .. } => anyhow!("{error} with --on"),
         other => other.into(),

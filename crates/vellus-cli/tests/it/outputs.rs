@@ -71,6 +71,29 @@ def Camera \"camera\" {
 }
 ";
 
+/// `--shutter` replaces the shutter of the camera, which has none here.
+#[test]
+fn a_shutter_gives_motion_blur() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("lean.usda"), LEANING).unwrap();
+    let render = |more: &[&str]| {
+        let args =
+            ["render", "lean.usda", "--size", "24x16", "--spp", "2", "--frame", "2", "--layers", "beauty,motion"];
+        run(path, &[&args, more, &["-o", "lean.exr"]].concat());
+        Picture::read(&path.join("lean.exr"))
+    };
+    let (still, blurred) = (render(&[]), render(&["--shutter", "-0.5:0.5"]));
+    assert!(!still.same(&blurred) && still.same(&render(&["--shutter=off"])));
+    let moves = |picture: &Picture| {
+        let motion = picture.channels.iter().find(|(name, _)| name == "motion.X").unwrap();
+        motion.1.iter().any(|x| *x > 0.0)
+    };
+    assert_eq!((moves(&still), moves(&blurred)), (false, true));
+    refused(path, &["render", "cat", "--shutter", "off"], &["--shutter", "cat"]);
+    refused(path, &["render", "lean.usda", "--shutter", "1:0"], &["--shutter", "OPEN at most CLOSE"]);
+}
+
 #[test]
 fn frames_are_rendered_and_finished_frames_are_skipped() {
     let folder = tempfile::tempdir().unwrap();
@@ -103,6 +126,14 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     let said = render(&["--spp", "2", "--frames", "1-4", "--resume", "-o", "lean.exr"]);
     for (n, there) in [(1, false), (2, true), (3, true), (4, false)] {
         assert_eq!(said.contains(&format!("frame {n}: lean.000{n}.exr is finished")), there, "{said}");
+    }
+    // A placeholder in the name becomes the number, also without --frames.
+    render(&["--spp", "2", "--frames", "1-4x3", "-o", "at_%03d.exr"]);
+    render(&["--spp", "2", "--frame", "1", "-o", "first.##.png"]);
+    assert!(path.join("at_001.png").exists() && path.join("at_004.exr").exists() && path.join("first.01.png").exists());
+    for more in [&["--frame", "1.5"][..], &[]] {
+        let args = [&["render", "lean.usda", "-o", "first.####.png"], more].concat();
+        refused(path, &args, &["first.####.png", "needs --frames"]);
     }
     // More samples than the finished frames have.
     let said = render(&["--frames", "1-4x3", "--spp", "4", "--resume", "-o", "lean.exr"]);
