@@ -25,6 +25,7 @@ mod fiber;
 mod grow;
 mod mesh;
 mod recolor;
+mod shot;
 mod staging;
 mod tips;
 mod write;
@@ -45,7 +46,7 @@ use vellus::Fiber;
 use vellus_groom::HairHeader;
 use vellus_io::Sources;
 use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
-use vellus_usd::{FALLBACK_LOOK, RenderSettings};
+use vellus_usd::{FALLBACK_LOOK, RenderSettings, Shot};
 
 /// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
@@ -103,6 +104,8 @@ pub struct Opened {
     pub staged: Option<String>,
     /// What a USD file says about its picture.
     pub settings: Option<RenderSettings>,
+    /// The time and the lens of a USD file.
+    pub shot: Option<Shot>,
     /// The header of a .hair file. Its thickness is `None` if [`Options::width`] replaces it.
     pub header: Option<HairHeader>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
@@ -224,7 +227,11 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         let still = still(scene, options, staging, &opened.scene)?;
         opened.warnings.extend(suggest_widths(&mut opened.scene, still.as_ref()));
         if !built_in || *staging != Staging::new(staging.aspect) {
+            let camera = opened.scene.camera;
             staging::stage(&mut opened, staging, built_in, still)?;
+            if let Some(shot) = opened.shot.as_mut().filter(|_| opened.scene.camera != camera) {
+                shot.focal_length = None;
+            }
         }
     }
     if options.strict && !opened.warnings.is_empty() {
@@ -338,14 +345,14 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, networks, settings, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, settings, shot, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings, settings, ..Opened::default() })
+    Ok(Opened { scene, sources, warnings, settings, shot: Some(shot), ..Opened::default() })
 }
 
 #[cfg(test)]

@@ -28,6 +28,8 @@ pub struct Loaded {
     /// The options, with the size of the picture and the part to render.
     args: Args,
     pub identity: Digest,
+    /// When and with which lens the picture is taken.
+    notes: Notes,
     seconds: f64,
     is_metered: bool,
     /// The exposure, if it is known already.
@@ -42,7 +44,8 @@ impl Loaded {
         let args = args.sized(&opened)?;
         let identity = args.digest(opened.sources.digest())?;
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Loaded { scene: opened.scene, args, identity, seconds, is_metered: opened.is_metered, stops: None })
+        let notes = opened.shot_notes(args.settings().size);
+        Ok(Loaded { scene: opened.scene, args, identity, notes, seconds, is_metered: opened.is_metered, stops: None })
     }
 
     /// The exposure of all frames of an animation: that of its first frame. `None` if this frame needs none.
@@ -94,7 +97,7 @@ pub fn run(loaded: Loaded, interrupt: &Interrupt, pictures: u64, viewer: &mut Op
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, seconds, is_metered, stops, .. } = loaded;
+    let Loaded { mut scene, identity, notes: shot, seconds, is_metered, stops, .. } = loaded;
     let settings = args.settings();
     prepare(&mut scene, settings.size, args.min_pixel_width, args.lod);
     let mut notes = vec![
@@ -103,6 +106,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         ("vellus_scene".to_owned(), args.input.scene.display().to_string()),
     ];
     notes.extend(args.identity(&settings).notes(identity));
+    notes.extend(shot);
     notes.extend(fiber_notes(&scene));
     if args.staging.background == Some(Backdrop::Transparent) {
         notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));

@@ -103,6 +103,7 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     let frame = |n: u32| Picture::read(&path.join(format!("lean.000{n}.exr")));
     render(&["--spp", "2", "--frames", "1-4", "-o", "lean.exr"]);
     assert!(!frame(1).same(&frame(2)) && !frame(2).same(&frame(3)) && !frame(3).same(&frame(4)));
+    assert_eq!(frame(3).note("imageCounter"), "I32(3)");
     render(&["--spp", "2", "--frame", "3", "-o", "third.exr"]);
     assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
     // One frame is missing and one has another seed: both are rendered.
