@@ -232,14 +232,16 @@ impl Args {
             display,
             ..Picture::new(&self.output)
         };
+        let job = Job::new(options, picture);
+        // A frame of an animation is complete. A single picture may be continued if the user asks for it.
+        let continues = self.resume || self.checkpoint.is_some() || self.samples.is_some();
         Job {
             film: self.samples.is_some(),
             resume: self.resume,
-            interval: self.checkpoint,
+            interval: self.checkpoint.unwrap_or(job.interval),
             preview: self.preview,
-            // A frame of an animation is complete. A single picture may be continued.
-            any_end_completes: self.frames.is_some(),
-            ..Job::new(options, picture)
+            any_end_completes: self.frames.is_some() || !continues,
+            ..job
         }
     }
 }

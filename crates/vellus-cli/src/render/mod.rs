@@ -130,9 +130,10 @@ pub struct Args {
     /// Continue from the checkpoint beside the output, if there is one of the same picture.
     #[arg(long)]
     resume: bool,
-    /// Write a checkpoint this often.
-    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, default_value = "60s", value_name = "TIME")]
-    checkpoint: Duration,
+    /// Write a checkpoint this often [default: 60s]. With this option or --resume, it stays if --time or --noise ends
+    /// the run, so that a later run can continue. Otherwise a finished picture has none.
+    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
+    checkpoint: Option<Duration>,
     /// Show the picture while it is rendered, in the viewer tev at this address [default port: 14158].
     #[arg(long, value_name = "HOST[:PORT]")]
     tev: Option<String>,

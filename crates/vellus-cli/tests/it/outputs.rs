@@ -1,6 +1,7 @@
 //! The files that `vellus render` writes, the goals that end it, and the files that it keeps after a failure.
 
 use crate::common::{LIMIT, Limited, Picture, command, ended_by, refused, refused_by, run, shell, vellus, wait_until};
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
@@ -177,6 +178,10 @@ fn goals_end_a_run() {
     assert!(time.note("vellus_ended_by") == "time" && start.elapsed() >= Duration::from_millis(900));
     // The upper bound is large, because the machine may be busy.
     assert!((0.9..5.0).contains(&seconds), "{seconds}");
+    // Who does not ask for a checkpoint gets pictures only.
+    let names = std::fs::read_dir(path).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+    let files: BTreeSet<String> = names.filter(|name| name != "state").collect();
+    assert_eq!(files, ["noise.exr", "noise.png", "time.exr", "time.png"].map(str::to_owned).into());
 }
 
 /// Reads a packet: its kind and its content.
