@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn options_that_choose_outputs_are_refused() {
-        assert!(check("cat", &words("--size 64x48 --view -30,10 --set=kappa=0.5 --eta-m .5 --float")).is_ok());
+        assert!(check("cat", &words("--size 64x48 --view -30,10 --shutter -1:0 --set=kappa=0.5 --eta-m .5")).is_ok());
         for bad in ["-o x.exr", "-o/x.exr", "--output=x.exr", "--tev host", "--spp 4", "--camera --tev", "{dir}/x", "-"]
         {
             assert!(matches!(check("cat", &words(bad)), Err(Error::Options(_))), "{bad}");

@@ -166,7 +166,8 @@ pub fn explain(error: Error) -> anyhow::Error {
     match error {
         Error::BuiltIn(scene) => {
             anyhow!(
-                "--width, --camera, --shutter, --frame and --frames are for files: the built-in scene {scene} has its own"
+                "--width, --camera, --shutter, --frame and --frames are for files: the built-in scene {scene} has its \
+                 own"
             )
         }
         Error::Fiber(error) => error.of_option("--set ").into(),

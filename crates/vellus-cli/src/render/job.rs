@@ -270,7 +270,8 @@ mod tests {
     fn every_option_that_changes_a_pixel_changes_the_identity() {
         let all = "|cat|--small|--size 640x960|--crop 0,0,8,8|--mode near|--filter box|--seed 1|--max-depth 9|\
             --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
-            x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --shutter off|x.usda --shutter 0:1|x.usda --set kappa=0.5|\
+            x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
+            x.usda --shutter off|x.usda --shutter 0:1|\
             x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
             x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|x.usda --radiance-cache 8|\
             cat --set kappa=0.5|cat --fiber dog|cat --light studio|--lod auto|--lod 1";

@@ -17,7 +17,8 @@ try {
 
   // Colour, gloss and tips come before physics.
   const text = await page.locator("#panels").textContent();
-  const order = ["Darker tips", "Coat colour", "Gloss", "Cuticle", "Medulla", "Model"].map((word) => text.indexOf(word));
+  const words = ["Darker tips", "Coat colour", "Gloss", "Cuticle", "Medulla", "Model"];
+  const order = words.map((word) => text.indexOf(word));
   assert.deepEqual(order, [...order].sort((a, b) => a - b));
   assert.ok(order[0] >= 0);
 
@@ -31,7 +32,8 @@ try {
   // Typed numbers stay as they are, also after the answer of the server. The nearest valid one replaces others.
   const kept = [["Length", "0.5", "0.5"], ["Density", "0.505", "0.505"], ["Brightness", "1.2345", "1.2345"],
     ["Clump size", "7.4", "7"], ["Length", "9", "5"], ["Length", "", "5"], ["Length", "1", "1"], ["Density", "1", "1"],
-    ["Coat colour, Red", "0.5", "0.5"], ["Coat colour, Green", "0.123456", "0.123456"], ["Darker tips", "1.005", "1.005"]];
+    ["Coat colour, Red", "0.5", "0.5"], ["Coat colour, Green", "0.123456", "0.123456"],
+    ["Darker tips", "1.005", "1.005"]];
   for (const [label, typed, expected] of kept) {
     await number(label).fill(typed);
     await number(label).press("Enter");

@@ -107,8 +107,8 @@ impl Scene {
     /// USD file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a camera that
     /// is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a
     /// dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of
-    /// their length, in (0, 1]. `shutter`: when the shutter opens and closes, in frames relative to the frame, for a USD
-    /// file; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
+    /// their length, in (0, 1]. `shutter`: when the shutter of a USD file opens and closes, in frames relative to the
+    /// frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

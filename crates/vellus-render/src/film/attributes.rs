@@ -7,8 +7,8 @@ use ::exr::prelude::{AttributeValue, LayerAttributes, Text, Vec2};
 use glam::{Mat4, Vec4};
 use vellus_scene::Camera;
 
-/// The notes about a camera and a picture of this size: `worldToCamera` and `worldToNDC`, 16 numbers for points as rows,
-/// and `screenWindowWidth`. The camera is that of the shutter's opening.
+/// The notes about a camera and a picture of this size: `worldToCamera` and `worldToNDC`, 16 numbers for points as
+/// rows, and `screenWindowWidth`. The camera is that of the shutter's opening.
 pub fn camera_notes(camera: &Camera, size: [usize; 2]) -> Notes {
     let [width, height] = camera.film(size[0] as f32 / size[1] as f32);
     // The space is left-handed, with the scene on the positive side of z.

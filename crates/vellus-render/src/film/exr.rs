@@ -28,7 +28,8 @@ impl Film {
     /// The bytes of an OpenEXR file.
     ///
     /// It has the `layers` that the film keeps, with linear colours (Rec. 709), and attributes for `notes` (names and
-    /// values): of the standard's types for names of the standard, texts for others. `denoised` is the beauty after a denoiser, three values per pixel. It becomes the layer `denoised`.
+    /// values): of the standard's types for names of the standard, texts for others. `denoised` is the beauty after a
+    /// denoiser, three values per pixel. It becomes the layer `denoised`.
     ///
     /// Albedo, normal, depth and motion are means over the covered part of the pixel. Tangent and root coordinates are
     /// means over the part that fibres cover. The variance is that of the pixel's mean brightness. If a film covers

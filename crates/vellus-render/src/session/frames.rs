@@ -43,8 +43,9 @@ impl Frames {
         (i64::from(self.first)..=i64::from(self.last)).step_by(self.step as usize).map(|frame| frame as i32)
     }
 
-    /// The file of one frame: `fur.exr` of frame 7 is `fur.0007.exr`. If the name has a [placeholder](Frames::is_pattern),
-    /// the last one becomes the number: `fur_###.exr` and `fur_%03d.exr` are `fur_007.exr`.
+    /// The file of one frame: `fur.exr` of frame 7 is `fur.0007.exr`. If the name has a
+    /// [placeholder](Frames::is_pattern), the last one becomes the number: `fur_###.exr` and `fur_%03d.exr` are
+    /// `fur_007.exr`.
     pub fn file(path: &Path, frame: i32) -> PathBuf {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
         let sign = if frame < 0 { "-" } else { "" };
