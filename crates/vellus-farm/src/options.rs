@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 37] = [
+pub const PICTURE_OPTIONS: [&str; 38] = [
     "--small",
     "--fiber",
     "--set",
@@ -14,6 +14,7 @@ pub const PICTURE_OPTIONS: [&str; 37] = [
     "--width",
     "--strands",
     "--camera",
+    "--shutter",
     "--strict",
     "--view",
     "--light",
@@ -117,7 +118,7 @@ mod tests {
 
     #[test]
     fn options_that_choose_outputs_are_refused() {
-        assert!(check("cat", &words("--size 64x48 --view -30,10 --set=kappa=0.5 --eta-m .5 --float")).is_ok());
+        assert!(check("cat", &words("--size 64x48 --view -30,10 --shutter -1:0 --set=kappa=0.5 --eta-m .5")).is_ok());
         for bad in ["-o x.exr", "-o/x.exr", "--output=x.exr", "--tev host", "--spp 4", "--camera --tev", "{dir}/x", "-"]
         {
             assert!(matches!(check("cat", &words(bad)), Err(Error::Options(_))), "{bad}");

@@ -38,6 +38,16 @@ pub fn real(text: &str) -> Result<f64, String> {
     finite(text, |_| true, "")
 }
 
+/// When a shutter opens and closes, `OPEN:CLOSE`, in frames relative to the frame. `off` and `0` are `0:0`.
+///
+/// # Errors
+/// A message for any other text.
+pub fn shutter(text: &str) -> Result<[f64; 2], String> {
+    let times = if ["off", "0"].contains(&text) { Some([0.0; 2]) } else { numbers(text, ":") };
+    let good = times.filter(|[open, close]: &[f64; 2]| open.is_finite() && close.is_finite() && open <= close);
+    good.ok_or_else(|| "a shutter is OPEN:CLOSE in frames, OPEN at most CLOSE, e.g. -0.25:0.25, or off".to_owned())
+}
+
 /// A share in percent, such as `50%` or `50`, as a number in (0, 1].
 ///
 /// # Errors
@@ -161,6 +171,11 @@ mod tests {
         assert_eq!((samples(9)("2..9"), duration("2m")), (Ok(2..9), Ok(Duration::from_secs(120))));
         assert!(size("0x9").is_err() && crop("0,0,0,1").is_err() && samples(9)("2..10").is_err());
         assert!(duration("2y").is_err() && share("0%").is_err() && pixels("101").is_err());
+        assert_eq!(
+            (shutter("-0.25:0.5"), shutter("off"), shutter("0")),
+            (Ok([-0.25, 0.5]), Ok([0.0; 2]), Ok([0.0; 2]))
+        );
+        assert!(["", "1", "0.5:0", "0:inf", "NaN:1", "0:1:2", "on"].iter().all(|text| shutter(text).is_err()));
         assert_eq!(radiance("0.5"), Ok(0.5));
         assert!(["0", "-1", "inf", "NaN", "2e30", "x"].iter().all(|text| radiance(text).is_err()));
     }

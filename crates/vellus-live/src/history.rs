@@ -18,8 +18,8 @@ const ONE_STEP: Duration = Duration::from_secs(1);
 pub struct Version {
     pub looks: Vec<(Look, Coat)>,
     pub model: Method,
-    /// Rotation of the sky, degrees.
-    pub sky: f32,
+    /// Rotation of all lights about the up axis, degrees.
+    pub azimuth: f32,
     /// Factor of the emission, and translation, of each light.
     pub changes: Vec<(f32, Vec3)>,
     pub groom: Groom,
@@ -134,30 +134,30 @@ mod tests {
     use super::*;
     use vellus_models::ModelKind;
 
-    fn version(sky: f32) -> Version {
+    fn version(azimuth: f32) -> Version {
         let model = Method::from(ModelKind::Vellus);
-        Version { looks: vec![], model, sky, changes: vec![], groom: Groom::default() }
+        Version { looks: vec![], model, azimuth, changes: vec![], groom: Groom::default() }
     }
 
     #[test]
     fn changes_of_one_control_are_one_step() {
         let start = Instant::now();
         let mut history = History::new(version(0.0));
-        let mut change = |control: &str, sky: f32, seconds: f32| {
-            history.record(control.to_owned(), &version(sky), start + Duration::from_secs_f32(seconds));
+        let mut change = |control: &str, azimuth: f32, seconds: f32| {
+            history.record(control.to_owned(), &version(azimuth), start + Duration::from_secs_f32(seconds));
         };
-        change("sky", 1.0, 0.0);
-        change("sky", 2.0, 0.5);
-        change("sky", 3.0, 1.2);
-        change("sky", 4.0, 3.0);
+        change("azimuth", 1.0, 0.0);
+        change("azimuth", 2.0, 0.5);
+        change("azimuth", 3.0, 1.2);
+        change("azimuth", 4.0, 3.0);
         change("groom", 5.0, 3.1);
         change("groom", 5.0, 9.0);
-        let undone: Vec<f32> = (0..3).map(|_| history.step(Step::Undo).unwrap().sky).collect();
+        let undone: Vec<f32> = (0..3).map(|_| history.step(Step::Undo).unwrap().azimuth).collect();
         assert_eq!(undone, [4.0, 3.0, 0.0]);
         assert_eq!((history.step(Step::Undo).is_err(), history.can()), (true, [false, true]));
-        assert_eq!(history.step(Step::Redo).unwrap().sky, 3.0);
+        assert_eq!(history.step(Step::Redo).unwrap().azimuth, 3.0);
         // A change after undo ends the way forward.
-        history.record("sky".to_owned(), &version(9.0), start + Duration::from_secs(20));
+        history.record("azimuth".to_owned(), &version(9.0), start + Duration::from_secs(20));
         assert_eq!(history.can(), [true, false]);
         assert!(history.step(Step::Redo).is_err());
     }
@@ -166,16 +166,16 @@ mod tests {
     fn two_versions_keep_their_settings() {
         let start = Instant::now();
         let mut history = History::new(version(0.0));
-        history.record("sky".to_owned(), &version(1.0), start);
-        assert_eq!(history.step(Step::Show(1)).unwrap().sky, 0.0);
+        history.record("azimuth".to_owned(), &version(1.0), start);
+        assert_eq!(history.step(Step::Show(1)).unwrap().azimuth, 0.0);
         // The same control of another version is another step.
-        history.record("sky".to_owned(), &version(2.0), start);
-        assert_eq!((history.step(Step::Show(0)).unwrap().sky, history.other().sky), (1.0, 2.0));
+        history.record("azimuth".to_owned(), &version(2.0), start);
+        assert_eq!((history.step(Step::Show(0)).unwrap().azimuth, history.other().azimuth), (1.0, 2.0));
         history.step(Step::Copy).unwrap();
-        assert_eq!(history.step(Step::Show(1)).unwrap().sky, 1.0);
+        assert_eq!(history.step(Step::Show(1)).unwrap().azimuth, 1.0);
         history.step(Step::Undo).unwrap();
-        assert_eq!((history.shown(), history.other().sky), (0, 2.0));
-        assert_eq!(history.step(Step::Undo).unwrap().sky, 0.0);
+        assert_eq!((history.shown(), history.other().azimuth), (0, 2.0));
+        assert_eq!(history.step(Step::Undo).unwrap().azimuth, 0.0);
         assert_eq!(history.shown(), 1);
         assert!(history.step(Step::Show(2)).is_err());
     }

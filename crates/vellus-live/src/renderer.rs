@@ -133,7 +133,7 @@ impl Renderer {
             Job::Save(_, reply, _) if reply.is_closed() => {}
             // Many strands may take seconds to write.
             Job::Save(Save::Scene, reply, place) => {
-                let scene = self.session.strands();
+                let scene = self.session.scene();
                 self.spawn(move || {
                     let file = save::usd(&scene, Format::Crate, || reply.is_closed());
                     // Whoever has the answer may ask for the next file.

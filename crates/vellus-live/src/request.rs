@@ -107,8 +107,8 @@ pub enum Command {
         /// Its name.
         name: String,
     },
-    /// Rotates the sky around the up axis, in degrees.
-    Sky {
+    /// Rotates all lights about the up axis through the middle of the scene, in degrees.
+    Azimuth {
         /// The angle.
         degrees: f32,
     },
@@ -154,7 +154,7 @@ impl Command {
             Command::Look { look, .. } => Some(format!("look {look}")),
             Command::Coat { look, .. } => Some(format!("coat {look}")),
             Command::Model { .. } => Some("model".to_owned()),
-            Command::Sky { .. } => Some("sky".to_owned()),
+            Command::Azimuth { .. } => Some("azimuth".to_owned()),
             Command::Light { light, .. } => Some(format!("light {light}")),
             Command::Groom(_) => Some("groom".to_owned()),
             _ => None,

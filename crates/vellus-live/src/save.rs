@@ -4,6 +4,7 @@ use crate::session::Session;
 use std::io::Write;
 use std::path::Path;
 use vellus_open::{FiberFormat, Opened, Options};
+use vellus_render::session::camera_notes;
 use vellus_render::{Film, Layer, PixelType};
 use vellus_scene::Scene;
 use vellus_usd::Format;
@@ -15,8 +16,10 @@ pub enum Save {
     LookToml(usize),
     /// The fibre of a look as a USD material.
     LookUsd(usize),
-    /// The strands, looks and camera as binary USD: the text of many strands is large.
+    /// The whole scene as binary USD, without its images: the text of many strands is large.
     Scene,
+    /// The lights as USD.
+    Lights,
     /// The camera as USD.
     Camera,
     /// The picture as PNG, after exposure.
@@ -26,12 +29,13 @@ pub enum Save {
 }
 
 impl Save {
-    /// What a file name stands for: `look-0.toml`, `look-0.usda`, `scene.usdc`, `camera.usda`,
-    /// `picture.png` or `picture.exr`.
+    /// What a file name stands for: `look-0.toml`, `look-0.usda`, `scene.usdc`, `lights.usda`,
+    /// `camera.usda`, `picture.png` or `picture.exr`.
     pub fn parse(name: &str) -> Option<Self> {
         let number = |text: &str| text.parse().ok().filter(|_| text.len() < 6);
         match name {
             "scene.usdc" => Some(Save::Scene),
+            "lights.usda" => Some(Save::Lights),
             "camera.usda" => Some(Save::Camera),
             "picture.png" => Some(Save::Png),
             "picture.exr" => Some(Save::Exr),
@@ -47,7 +51,7 @@ impl Save {
     pub fn media(self) -> &'static str {
         match self {
             Save::LookToml(_) => "application/toml",
-            Save::LookUsd(_) | Save::Camera => "model/vnd.usda",
+            Save::LookUsd(_) | Save::Lights | Save::Camera => "model/vnd.usda",
             // The binary format has no registered type.
             Save::Scene => "application/octet-stream",
             Save::Png => "image/png",
@@ -69,11 +73,14 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
             look(index)?;
             usd(&session.part(Some(index)), Format::Text, || false)
         }
-        Save::Scene => usd(&session.strands(), Format::Crate, || false),
+        Save::Scene => usd(&session.scene(), Format::Crate, || false),
+        Save::Lights => usd(&session.lamps(), Format::Text, || false),
         Save::Camera => usd(&session.part(None), Format::Text, || false),
         Save::Png => film()?.to_png(denoised, session.display(), &[]).map_err(|error| error.to_string()),
         Save::Exr => {
-            let exr = film()?.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &[]);
+            let film = film()?;
+            let notes = camera_notes(&session.orbit.camera(), film.whole());
+            let exr = film.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &notes);
             exr.map_err(|error| error.to_string())
         }
     }

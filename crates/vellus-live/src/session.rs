@@ -15,7 +15,7 @@ use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Display, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
-use vellus_scene::{Light, Look, Scene, Strands};
+use vellus_scene::{Light, Look, Scene, Shaping, Strands, Surface, Tint};
 
 /// What a command asks of the engine.
 #[derive(Debug)]
@@ -41,18 +41,25 @@ pub struct Session {
     pub source: Arc<Vec<Strands>>,
     own: Vec<Varying>,
     lights: Vec<(String, Light)>,
+    /// Everything of the scene but its strands, looks, lights, camera and images.
+    rest: Scene,
+    /// The images of the scene.
+    images: usize,
     up: Vec3,
+    /// The point about which lights turn.
+    middle: Vec3,
     /// What the picture shows.
     now: Version,
     history: History,
     pub exposure: f32,
+    /// The exposure that suits lights that the file does not have.
+    metered: f32,
     size: [usize; 2],
     crop: Option<[f32; 4]>,
     pub paused: bool,
     pub target: u64,
     pub denoise: bool,
     pub denoiser: Result<Denoiser, String>,
-    scene_units: Option<vellus_scene::Units>,
     /// What the file has that was left out or replaced.
     warnings: Vec<String>,
 }
@@ -79,12 +86,13 @@ impl Session {
         let source = Arc::new(scene.strands.clone());
         let own = scene.strands.iter().map(|strands| strands.varying.clone()).collect();
         let (low, high) = scene.bounds().unwrap_or_default();
-        let (up, units) = (scene.up(), scene.units);
+        let (up, middle) = (scene.up(), 0.5 * (low + high));
+        let (rest, images) = (rest(&scene), scene.textures.len());
         let lights: Vec<_> = scene.light_group_names().into_iter().zip(scene.lights.iter().cloned()).collect();
         let now = Version {
             looks: scene.looks.iter().map(|look| (look.clone(), Coat::default())).collect(),
             model: Method::from(ModelKind::Vellus),
-            sky: 0.0,
+            azimuth: 0.0,
             changes: vec![(1.0, Vec3::ZERO); lights.len()],
             groom: Groom::default(),
         };
@@ -92,28 +100,32 @@ impl Session {
         warnings.extend(world.unreached());
         let size = world.camera().size(LONGER).map(|side| side.max(MIN_SIDE));
         let mut session = Session {
-            orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),
+            orbit: Orbit::new(world.camera(), middle, up),
             world,
             name,
             source,
             own,
             lights,
+            rest,
+            images,
             up,
+            middle,
             history: History::new(now.clone()),
             now,
             exposure: 0.0,
+            metered: 0.0,
             size,
             crop: None,
             paused: false,
             target: 256,
             denoise: false,
             denoiser: Denoiser::load().map_err(|error| error.to_string()),
-            scene_units: units,
             warnings,
         };
         session.world.set_camera(session.orbit.camera())?;
         if is_metered {
-            session.exposure = session.world.metered().unwrap_or(0.0);
+            session.metered = session.world.metered().unwrap_or(0.0);
+            session.exposure = session.metered;
         }
         Ok(session)
     }
@@ -203,9 +215,9 @@ impl Session {
                 let kind: ModelKind = name.parse().map_err(|error: vellus_models::Error| error.to_string())?;
                 self.set_model(Method::from(kind))?
             }
-            Command::Sky { degrees } => {
-                let old = std::mem::replace(&mut self.now.sky, within("degrees", degrees, -3600.0, 3600.0)?);
-                self.set_lights().inspect_err(|_| self.now.sky = old)?
+            Command::Azimuth { degrees } => {
+                let old = std::mem::replace(&mut self.now.azimuth, within("degrees", degrees, -3600.0, 3600.0)?);
+                self.set_lights().inspect_err(|_| self.now.azimuth = old)?
             }
             Command::Light { light, gain, shift } => {
                 let gain = within("gain", gain, 0.0, 1000.0)?;
@@ -262,8 +274,8 @@ impl Session {
             [one] => drop(self.set_looks(next.looks.clone(), Some(one))?),
             _ => drop(self.set_looks(next.looks.clone(), None)?),
         }
-        if (next.sky, &next.changes) != (self.now.sky, &self.now.changes) {
-            (self.now.sky, self.now.changes) = (next.sky, next.changes.clone());
+        if (next.azimuth, &next.changes) != (self.now.azimuth, &self.now.changes) {
+            (self.now.azimuth, self.now.changes) = (next.azimuth, next.changes.clone());
             self.set_lights()?;
         }
         let grown = next.groom != self.now.groom;
@@ -330,13 +342,27 @@ impl Session {
         self.set_looks(self.now.looks.clone(), None).map(|_| ())
     }
 
+    /// The lights after all changes, times a factor.
+    fn shown_lights(&self, factor: f32) -> Vec<Light> {
+        let turn = Quat::from_axis_angle(self.up, self.now.azimuth.to_radians());
+        let around = Mat4::from_translation(self.middle) * Mat4::from_quat(turn) * Mat4::from_translation(-self.middle);
+        let changed = |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| {
+            change(light, factor * gain, Mat4::from_translation(*shift) * around)
+        };
+        self.lights.iter().zip(&self.now.changes).map(changed).collect()
+    }
+
+    /// The shapings of the lights after all changes.
+    fn shown_shapings(&self) -> Vec<(usize, Shaping)> {
+        let turn = Quat::from_axis_angle(self.up, self.now.azimuth.to_radians());
+        let turned = |shaping: Shaping| Shaping { axis: turn * shaping.axis, ..shaping };
+        self.rest.shapings.iter().map(|(light, shaping)| (*light, turned(*shaping))).collect()
+    }
+
     fn set_lights(&mut self) -> Result<Effect, String> {
-        let turn = Quat::from_axis_angle(self.up, self.now.sky.to_radians());
-        let changed =
-            |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| change(light, *gain, *shift, turn);
-        let lights: Vec<Light> = self.lights.iter().zip(&self.now.changes).map(changed).collect();
+        let lights = self.shown_lights(1.0);
         if !lights.is_empty() {
-            self.world.set_lights(&lights).map_err(|error| error.to_string())?;
+            self.world.set_lights(&lights, &self.shown_shapings()).map_err(|error| error.to_string())?;
         }
         Ok(Effect::Restart)
     }
@@ -413,14 +439,28 @@ impl Session {
     pub fn part(&self, look: Option<usize>) -> Scene {
         let looks = look.and_then(|i| self.now.looks.get(i)).map(|(look, _)| Look { textured: vec![], ..look.clone() });
         let camera = look.is_none().then(|| self.orbit.camera());
-        Scene { looks: looks.into_iter().collect(), camera, units: self.scene_units, ..Scene::default() }
+        Scene { looks: looks.into_iter().collect(), camera, units: self.rest.units, ..Scene::default() }
     }
 
-    /// A scene with the strands as they are shown, their looks and the camera.
-    pub fn strands(&self) -> Scene {
+    /// The lights, to write them. Lights that the file does not have get the exposure that `vellus render` gives them.
+    pub fn lamps(&self) -> Scene {
+        let lights = self.shown_lights(self.metered.exp2()).into_iter().map(without_image).collect();
+        Scene {
+            lights,
+            light_groups: self.rest.light_groups.clone(),
+            unseen_lights: self.rest.unseen_lights.clone(),
+            shapings: self.shown_shapings(),
+            units: self.rest.units,
+            ..Scene::default()
+        }
+    }
+
+    /// The whole scene as it is shown, without images.
+    pub fn scene(&self) -> Scene {
         let strands = self.world.curves().strands().to_vec();
         let looks = self.now.looks.iter().map(|(look, _)| Look { textured: vec![], ..look.clone() }).collect();
-        Scene { strands, looks, ..self.part(None) }
+        let Scene { lights, shapings, .. } = self.lamps();
+        Scene { strands, looks, lights, shapings, camera: Some(self.orbit.camera()), ..self.rest.clone() }
     }
 
     /// The values of all controls.
@@ -466,10 +506,11 @@ impl Session {
             can_redo,
             model: self.now.model.kind.name(),
             models: ModelKind::ALL.iter().map(|kind| kind.name()).collect(),
-            sky: self.now.sky,
+            azimuth: self.now.azimuth,
             groom: self.now.groom,
             busy,
             exposure: self.exposure,
+            images: self.images,
             size: self.size,
             crop: self.crop,
             paused: self.paused,
@@ -483,25 +524,103 @@ impl Session {
     }
 }
 
-/// A light after a change: its emission times `gain`, moved by `shift`. Domes and distant lights turn instead.
-fn change(light: &Light, gain: f32, shift: Vec3, turn: Quat) -> Light {
+/// What [`Session::rest`] keeps of a scene.
+fn rest(scene: &Scene) -> Scene {
+    let plain = |surface: &Surface| Surface { color: Tint { texture: None, ..surface.color }, ..surface.clone() };
+    Scene {
+        meshes: scene.meshes.clone(),
+        prototypes: scene.prototypes.clone(),
+        instances: scene.instances.clone(),
+        reflectance: scene.reflectance,
+        surfaces: scene.surfaces.iter().map(plain).collect(),
+        light_groups: scene.light_groups.clone(),
+        unseen_lights: scene.unseen_lights.clone(),
+        shapings: scene.shapings.clone(),
+        links: scene.links.clone(),
+        units: scene.units,
+        ..Scene::default()
+    }
+}
+
+/// A light whose image is replaced by its colour.
+fn without_image(mut light: Light) -> Light {
+    if let Light::Dome { texture, .. } | Light::Rect { texture, .. } = &mut light {
+        *texture = None;
+    }
+    light
+}
+
+/// A light after a change: its emission times `gain`, and moved. Domes and distant lights only turn.
+fn change(light: &Light, gain: f32, motion: Mat4) -> Light {
     let scaled = |color: &[f32; 3]| color.map(|c| c * gain);
-    let moved = |matrix: &Mat4| Mat4::from_translation(shift) * *matrix;
+    let turn = Mat3::from_mat4(motion);
     let mut light = light.clone();
     match &mut light {
-        Light::Dome { radiance, rotation, .. } => {
-            (*radiance, *rotation) = (scaled(radiance), Mat3::from_quat(turn) * *rotation);
-        }
+        Light::Dome { radiance, rotation, .. } => (*radiance, *rotation) = (scaled(radiance), turn * *rotation),
         Light::Distant { direction, irradiance, .. } => {
-            (*direction, *irradiance) = (turn * *direction, scaled(irradiance));
+            (*direction, *irradiance) = ((turn * *direction).normalize(), scaled(irradiance));
         }
         Light::Rect { to_world, radiance, .. } | Light::Disk { to_world, radiance } => {
-            (*to_world, *radiance) = (moved(to_world), scaled(radiance));
+            (*to_world, *radiance) = (motion * *to_world, scaled(radiance));
         }
-        Light::Point { position, intensity } => (*position, *intensity) = (*position + shift, scaled(intensity)),
-        Light::Sphere { center, radiance, .. } | Light::Cylinder { center, radiance, .. } => {
-            (*center, *radiance) = (*center + shift, scaled(radiance));
+        Light::Point { position, intensity } => {
+            (*position, *intensity) = (motion.transform_point3(*position), scaled(intensity));
+        }
+        Light::Sphere { center, radiance, .. } => {
+            (*center, *radiance) = (motion.transform_point3(*center), scaled(radiance));
+        }
+        Light::Cylinder { center, half_axis, radiance, .. } => {
+            (*center, *half_axis) = (motion.transform_point3(*center), turn * *half_axis);
+            *radiance = scaled(radiance);
         }
     }
     light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter turn about z takes x to y. The lamp is a unit away from the middle.
+    #[test]
+    fn lamps_turn_about_the_middle_and_then_move() {
+        let middle = Vec3::new(1.0, 2.0, 3.0);
+        let quarter = Mat4::from_rotation_z(std::f32::consts::FRAC_PI_2);
+        let shift = Mat4::from_translation(Vec3::Z);
+        let motion = shift * Mat4::from_translation(middle) * quarter * Mat4::from_translation(-middle);
+        let tube = Light::Cylinder { center: middle + Vec3::X, half_axis: Vec3::X, radius: 0.1, radiance: [1.0; 3] };
+        let Light::Cylinder { center, half_axis, radiance, .. } = change(&tube, 2.0, motion) else { panic!() };
+        assert!(center.abs_diff_eq(middle + Vec3::Y + Vec3::Z, 1e-6) && half_axis.abs_diff_eq(Vec3::Y, 1e-6));
+        assert_eq!(radiance, [2.0; 3]);
+        let sun = Light::Distant { direction: Vec3::X, half_angle: 0.0, irradiance: [1.0; 3] };
+        let Light::Distant { direction, .. } = change(&sun, 1.0, motion) else { panic!() };
+        assert!(direction.abs_diff_eq(Vec3::Y, 1e-6));
+    }
+
+    /// The file has the lights as they are, with the exposure that `vellus render` would give them.
+    #[test]
+    fn a_saved_scene_has_everything_as_it_is_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = Session::open(Path::new("hair"), true).unwrap();
+        session.metered = 1.0;
+        session.apply(Command::Azimuth { degrees: 180.0 }, Instant::now()).unwrap();
+        session.apply(Command::Light { light: 0, gain: 3.0, shift: [0.0; 3] }, Instant::now()).unwrap();
+        let path = folder.path().join("scene.usdc");
+        let bytes = crate::save::usd(&session.scene(), vellus_usd::Format::Crate, || false).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let read = vellus_open::open(&path, &Options { instances: true, ..Options::default() }).unwrap().scene;
+        let (shown, file) = (session.scene(), &read);
+        assert_eq!((file.meshes.len(), file.lights.len()), (shown.meshes.len(), shown.lights.len()));
+        assert!(!file.meshes.is_empty() && !file.lights.is_empty());
+        assert_eq!(file.strands[0].points, shown.strands[0].points);
+        assert!(file.camera.is_some() && file.units == shown.units);
+        let emission = |light: &Light| match light {
+            Light::Dome { radiance, .. } | Light::Rect { radiance, .. } => radiance[0],
+            Light::Distant { irradiance, .. } => irradiance[0],
+            other => panic!("{other:?}"),
+        };
+        let (before, after) = (emission(&session.lights[0].1), emission(&file.lights[0]));
+        // The writer divides by areas and the reader multiplies.
+        assert!((after / before - 6.0).abs() < 1e-5, "{before} {after}");
+    }
 }

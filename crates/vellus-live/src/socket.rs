@@ -97,7 +97,13 @@ async fn receive(site: &Site, text: &str, confirmed: &mut u64, sent: u64) -> Opt
     }
     if value["type"] == "ask" {
         // A view of the fibre takes up to a tenth of a second, so it must not block the other pages.
-        let request = value["request"].to_string();
+        let request = &value["request"];
+        if let Some(text) = request["named_color"].as_str() {
+            let answer = vellus_open::color(text);
+            let answer = answer.map_or_else(|error| json!({ "error": error }), |color| json!({ "color": color }));
+            return Some(text_of(&json!({ "type": "reply", "id": id, "answer": answer })));
+        }
+        let request = request.to_string();
         let answer = tokio::task::spawn_blocking(move || vellus_views::answer(&request)).await;
         let answer: Value = answer.ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
         return Some(text_of(&json!({ "type": "reply", "id": id, "answer": answer })));

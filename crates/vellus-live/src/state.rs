@@ -34,14 +34,16 @@ pub struct State {
     pub model: &'static str,
     /// Names of all models.
     pub models: Vec<&'static str>,
-    /// Rotation of the sky, degrees.
-    pub sky: f32,
+    /// Rotation of all lights about the up axis, degrees.
+    pub azimuth: f32,
     /// The groom.
     pub groom: Groom,
     /// What happens in the background, if anything.
     pub busy: Option<String>,
     /// Stops.
     pub exposure: f32,
+    /// The images of the scene, which a saved scene does not have.
+    pub images: usize,
     /// Width and height of the whole picture.
     pub size: [usize; 2],
     /// Left, top, right, bottom; `None` is the whole picture.

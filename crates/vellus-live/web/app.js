@@ -136,6 +136,10 @@ document.addEventListener("keydown", (event) => {
     f: () => viewport.focus({ x: 0.5, y: 0.5 }),
     "[": () => expose(wanted - 0.25), "]": () => expose(wanted + 0.25),
     Escape: () => {
+      if (!$("keys").hidden) {
+        actions.help();
+        return;
+      }
       viewport.setMode("move");
       viewport.setMark(null);
       if (state.crop) connection.send({ type: "crop", area: null });

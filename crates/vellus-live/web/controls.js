@@ -13,32 +13,41 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
-// A slider and a number for one value. `log` spaces the slider by factors. `set` shows a value without a change.
-export function slider({ label, min, max, step, unit = "", log = false, hint = "", change }) {
+// A number as people write it: the server's single precision has six digits.
+const text = (x) => String(Number(Number(x).toPrecision(6)));
+
+// A slider and a number for one value. `log` spaces the slider by factors. `set` shows a value without a change. The
+// slider moves by steps. A typed number stays as it is, unless it is out of range, or the value is a `whole` number.
+export function slider({ label, min, max, step, unit = "", log = false, whole = false, hint = "", change }) {
   const id = `control-${++count}`;
   const to = log ? Math.log : (x) => x;
   const from = log ? Math.exp : (x) => x;
   const digits = Math.max(0, Math.ceil(-Math.log10(step)));
-  const round = (x) => Number(Math.min(max, Math.max(min, x)).toFixed(digits));
+  const limit = (x) => Math.min(max, Math.max(min, whole ? Math.round(x) : x));
+  const round = (x) => limit(Number(x.toFixed(digits)));
+  let current = min;
   const range = element("input", {
     type: "range", min: to(min), max: to(max), step: log ? "any" : step, "aria-labelledby": id,
   });
   const number = element("input", { type: "number", min, max, step, "aria-labelledby": id });
   const show = (x) => {
-    if (document.activeElement !== number) number.value = Number(x).toFixed(digits);
+    current = x;
+    if (document.activeElement !== number) number.value = text(x);
     range.value = to(x);
-    range.setAttribute("aria-valuetext", `${Number(x).toFixed(digits)} ${unit}`.trim());
+    range.setAttribute("aria-valuetext", `${text(x)} ${unit}`.trim());
   };
   range.addEventListener("input", () => {
-    const x = round(from(Number(range.value)));
-    number.value = x.toFixed(digits);
-    change(x);
+    current = round(from(Number(range.value)));
+    number.value = text(current);
+    change(current);
   });
   number.addEventListener("change", () => {
-    const x = round(Number(number.value));
-    number.value = x.toFixed(digits);
-    range.value = to(x);
-    change(x);
+    if (Number.isFinite(number.valueAsNumber)) {
+      current = limit(number.valueAsNumber);
+      range.value = to(current);
+      change(current);
+    }
+    number.value = String(current);
   });
   const row = element("div", { class: "row", title: hint },
     element("label", { id, text: label }), range, number, element("span", { class: "unit", text: unit }));

@@ -15,7 +15,8 @@ const same = (a, b) => Object.keys(b).every((key) => {
 export class FiberPanel {
   constructor(connection) {
     this.connection = connection;
-    this.source = { ask: (request) => connection.ask({ type: "ask", request }) };
+    const ask = (request) => connection.ask({ type: "ask", request });
+    this.source = { ask, color: (text) => ask({ named_color: text }) };
     this.selected = 0;
     this.panels = [];
     this.look = element("select", { "aria-label": "Look", onchange: () => this.choose(Number(this.look.value)) });
@@ -29,8 +30,8 @@ export class FiberPanel {
     this.holder = element("div", { class: "vellus" });
     this.root = element("div", { class: "body" },
       element("label", { class: "line field" }, element("span", { text: "Look" }), this.look),
-      element("label", { class: "line field" }, element("span", { text: "Model" }), this.model),
-      this.pattern.row, this.tip.row, this.holder);
+      this.pattern.row, this.tip.row, this.holder,
+      element("label", { class: "line field" }, element("span", { text: "Model" }), this.model));
     this.shape = element("div", { class: "vellus" });
     this.views = createFiberViews(this.shape, this.source, { controls: true });
   }

@@ -44,7 +44,7 @@ export class Panels {
         hint: "Length relative to the scene" }),
       clump: define("clump", { label: "Clumping", min: 0, max: 1, step: 0.01,
         hint: "How far tips of a clump move together" }),
-      clump_strands: define("clump_strands", { label: "Clump size", min: 2, max: 1000, step: 1, log: true,
+      clump_strands: define("clump_strands", { label: "Clump size", min: 2, max: 1000, step: 1, log: true, whole: true,
         hint: "Strands per clump" }),
     };
     this.onGroom = (groom) => {
@@ -57,9 +57,10 @@ export class Panels {
   }
 
   light() {
-    this.sky = slider({ label: "Rotate sky", min: -180, max: 180, step: 1, unit: "°",
-      change: (degrees) => this.connection.stream("sky", { type: "sky", degrees }) });
-    return [this.sky.row, this.lights];
+    this.azimuth = slider({ label: "Rotate lights", min: -180, max: 180, step: 1, unit: "°",
+      hint: "Lamps and skies turn around the middle of the scene",
+      change: (degrees) => this.connection.stream("azimuth", { type: "azimuth", degrees }) });
+    return [this.azimuth.row, this.lights];
   }
 
   // Makes the controls of the lights of a scene.
@@ -112,8 +113,8 @@ export class Panels {
       const [width, height] = size.value.split("x").map(Number);
       this.connection.send({ type: "size", width, height });
     } });
-    const target = slider({ label: "Samples", min: 1, max: 4096, step: 1, log: true, hint: "Samples a pixel",
-      change: (samples) => this.connection.stream("target", { type: "target", samples }) });
+    const target = slider({ label: "Samples", min: 1, max: 4096, step: 1, log: true, whole: true,
+      hint: "Samples a pixel", change: (samples) => this.connection.stream("target", { type: "target", samples }) });
     const save = (text, file, name, hint) => button(text, () => this.save(file(), name()), hint);
     const look = () => this.fiber.selected;
     const saves = element("div", { class: "line", role: "group", "aria-label": "Save" },
@@ -121,8 +122,9 @@ export class Panels {
         "The fibre, for vellus render --fiber. Not the tips and the groom"),
       save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`,
         "The fibre as a USD material. Not the tips and the groom"),
-      save("Strands USD", () => "scene.usdc", () => "strands.usdc",
-        "All strands with their looks, as shown: colour, tips, length, density and clumps"),
+      save("Scene USD", () => "scene.usdc", () => "scene.usdc",
+        "All as shown: strands with colour, tips, length, density and clumps, meshes, lights and camera"),
+      save("Lights USD", () => "lights.usda", () => "lights.usda", "The lights as they are now"),
       save("Camera USD", () => "camera.usda", () => "camera.usda", "The camera"),
       save("PNG", () => "picture.png", () => "picture.png", "The picture with its exposure"),
       save("EXR", () => "picture.exr", () => "picture.exr", "The picture without exposure"));
@@ -145,7 +147,7 @@ export class Panels {
     return [
       element("label", { class: "line" }, "Size", size), target.row,
       element("h2", { text: "Save" }), saves,
-      element("p", { class: "hint", text: "Strands USD has everything of the fur. Look TOML has one fibre." }),
+      element("p", { class: "hint", text: "Scene USD has everything but images. Look TOML has one fibre." }),
       element("h2", { text: "Load" }), element("div", { class: "line" },
         button("Load a groom …", () => input.click()), input, open),
       element("p", { class: "hint", text: "Or drop a .hair, .tfx or .obj file on the page." }),
@@ -161,7 +163,8 @@ export class Panels {
       const url = URL.createObjectURL(await response.blob());
       element("a", { href: url, download: name }).click();
       setTimeout(() => URL.revokeObjectURL(url), 10_000);
-      this.say(`saved ${name}`);
+      const missing = file === "scene.usdc" && this.images > 0;
+      this.say(missing ? `saved ${name}, without the images of the scene (${this.images})` : `saved ${name}`, missing);
     } catch (error) {
       this.say(error.message, true);
     }
@@ -214,7 +217,8 @@ export class Panels {
       this.makeLights(state.lights);
     }
     state.lights.forEach((light, i) => this.lightRows[i].set(light));
-    this.sky.set(state.sky);
+    this.azimuth.set(state.azimuth);
+    this.images = state.images;
     this.onGroom(state.groom);
     this.onCamera(state.camera);
     this.onFiles(state);

@@ -39,6 +39,10 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         true => builder,
         false => builder.field("interpolation", format!("{:?}", options.interpolation)),
     };
+    let builder = match options.shutter {
+        Some(times) => builder.field("shutter", times.map(f64::to_le_bytes).concat()),
+        None => builder,
+    };
     let builder = match options.reflectance_of {
         ReflectanceOf::Groom => builder,
         ReflectanceOf::Dense => builder.field("reflectance of", "dense"),

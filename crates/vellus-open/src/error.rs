@@ -24,7 +24,7 @@ pub enum Error {
     )]
     Alembic(PathBuf),
     /// An option that is only for files is set for a built-in scene.
-    #[error("a width, a camera and a frame are for files: the built-in scene {0} has its own")]
+    #[error("a width, a camera, a frame and a shutter are for files: the built-in scene {0} has its own")]
     BuiltIn(String),
     /// Copies of the instances of a built-in scene would need too much memory.
     #[error("copies of the instances of {0} would have more than {MAX_COPIED} points")]
@@ -38,8 +38,8 @@ pub enum Error {
     /// A fibre cannot be changed.
     #[error(transparent)]
     Fiber(#[from] FiberError),
-    /// A camera or a frame is set for a file that is not USD.
-    #[error("a camera and a frame are for USD files: {} has neither", .0.display())]
+    /// A camera, a frame or a shutter is set for a file that is not USD.
+    #[error("a camera, a frame and a shutter are for USD files: {} has none of them", .0.display())]
     NotUsd(PathBuf),
     /// A file cannot be read.
     #[error("cannot read {}", path.display())]

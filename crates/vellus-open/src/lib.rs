@@ -26,6 +26,7 @@ mod grow;
 mod markings;
 mod mesh;
 mod recolor;
+mod shot;
 mod staging;
 mod write;
 
@@ -45,7 +46,7 @@ use vellus::Fiber;
 use vellus_groom::{HairHeader, Interpolation};
 use vellus_io::Sources;
 use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
-use vellus_usd::{FALLBACK_LOOK, RenderSettings};
+use vellus_usd::{FALLBACK_LOOK, RenderSettings, Shot};
 
 /// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
@@ -75,6 +76,9 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
+    /// When the shutter opens and closes, in time codes of a USD file relative to the frame, in this order. Equal times
+    /// are no motion blur. `None` is the shutter of the camera.
+    pub shutter: Option<[f64; 2]>,
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
     pub instances: bool,
@@ -104,6 +108,8 @@ pub struct Opened {
     pub staged: Option<String>,
     /// What a USD file says about its picture.
     pub settings: Option<RenderSettings>,
+    /// The time and the lens of a USD file.
+    pub shot: Option<Shot>,
     /// The header of a .hair file. Its thickness is `None` if [`Options::width`] replaces it.
     pub header: Option<HairHeader>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
@@ -183,7 +189,7 @@ impl Format {
 /// [`Error::Body`] or [`Error::Read`] for the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();
-    let seen = options.camera.is_some() || options.frame.is_some();
+    let seen = options.camera.is_some() || options.frame.is_some() || options.shutter.is_some();
     let viewed = options.staging.as_ref().is_some_and(|staging| staging.view.is_some());
     if options.camera.is_some() && viewed {
         return Err(Error::TwoCameras);
@@ -233,7 +239,11 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         let still = still(scene, options, staging, &opened.scene)?;
         opened.warnings.extend(suggest_widths(&mut opened.scene, still.as_ref()));
         if !built_in || *staging != Staging::new(staging.aspect) {
+            let camera = opened.scene.camera;
             staging::stage(&mut opened, staging, built_in, still)?;
+            if let Some(shot) = opened.shot.as_mut().filter(|_| opened.scene.camera != camera) {
+                shot.focal_length = None;
+            }
         }
     }
     if options.strict && !opened.warnings.is_empty() {
@@ -356,19 +366,19 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         default_width: width,
         frame: options.frame,
         camera: options.camera.clone(),
-        shutter: None,
+        shutter: options.shutter,
         fallback: options.fiber().1,
         instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, networks, settings, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, settings, shot, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings, settings, ..Opened::default() })
+    Ok(Opened { scene, sources, warnings, settings, shot: Some(shot), ..Opened::default() })
 }
 
 #[cfg(test)]

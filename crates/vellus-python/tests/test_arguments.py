@@ -224,6 +224,7 @@ def scenes():
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
     kinds |= {"strict": "flag", "reflectance_of": "choice", "tip_color": "coat color", "tips": "share"}
     kinds |= {"ramp": "choice", "belly": "coat color", "mix": "choices"}
+    kinds |= {"shutter": "pair"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
     kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}
     yield "Scene.add_look", made.add_look, {"fiber": "cat"}, kinds

@@ -9,7 +9,7 @@ use crate::shown::Reflectance;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use vellus::{Fiber, FiberFrame, Parameter};
-use vellus_scene::{Camera, Error, Light, Look, Strands, Values};
+use vellus_scene::{Camera, Error, Light, Look, Shaping, Strands, Values};
 
 /// Parameters that vary over a set of strands: see [`Strands::varying`].
 pub type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
@@ -88,16 +88,20 @@ impl World {
         Ok(before)
     }
 
-    /// Replaces the lights: as many as before, with the same textures. Their shapings, links and groups stay.
+    /// Replaces the lights and their shapings: as many as before, of the same lights, with the same textures. Their
+    /// links and groups stay.
     ///
     /// # Errors
-    /// [`Error`] if a light is invalid, or the number of lights differs. The lights are then as before.
-    pub fn set_lights(&mut self, lights: &[Light]) -> Result<(), Error> {
-        if lights.len() != self.geometry.groups.len() {
-            return Err(invalid("lights", "a change of lights keeps their number"));
+    /// [`Error`] if a light or a shaping is invalid, or their number differs. The lights are then as before.
+    pub fn set_lights(&mut self, lights: &[Light], shapings: &[(usize, Shaping)]) -> Result<(), Error> {
+        let shaped = |shapings: &[(usize, Shaping)]| shapings.iter().map(|(light, _)| *light).collect::<Vec<_>>();
+        if lights.len() != self.geometry.groups.len() || shaped(shapings) != shaped(&self.lighting.shapings) {
+            return Err(invalid("lights", "a change of lights keeps their number and which of them have a shaping"));
         }
+        shapings.iter().try_for_each(|(_, shaping)| shaping.validate())?;
         let textures = &self.geometry.textures;
         lights.iter().try_for_each(|light| light.validate(textures.len()))?;
+        self.lighting.shapings = shapings.to_vec();
         self.geometry.lights = Lights::new(lights, &self.lighting, textures);
         Ok(())
     }

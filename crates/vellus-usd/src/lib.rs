@@ -86,6 +86,6 @@ pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_sky, load_texture};
 pub use read::look::FALLBACK_LOOK;
-pub use read::{Options, Reading, RenderSettings, read, read_material};
+pub use read::{Options, Reading, RenderSettings, Shot, read, read_material};
 pub use warning::{Fault, Warning};
 pub use write::{Format, write, write_to};

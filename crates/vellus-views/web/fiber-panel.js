@@ -5,7 +5,9 @@
 //   const panel = await createFiberPanel(element, source, { fiber, onchange });
 //
 // `source` has one method, `async ask(request)`: it takes a request of `vellus_views::answer` as an object and returns
-// the answer as an object. The panel shows an `error`. `fiber` (optional) is an object with parameters.
+// the answer as an object. The panel shows an `error`. It may have `async color(text)`, which gives a name of a colour
+// as `{ color: [r, g, b] }` (linear) or an `error`; otherwise names are those of CSS. `fiber` (optional) is an object
+// with parameters.
 // `onchange(fiber, info)` gets the fibre of the active look, with every parameter, after each change. `info` has
 // `look` ("A" or "B"), `other` (the fibre of the other look), and `done` (false while a slider moves).
 // With `history: false`, the panel has neither two looks nor undo and redo: the page has its own.
@@ -13,10 +15,11 @@
 // The panel has: `fiber` (the active fibre), `other`, `look`, `set(fiber)` (one step of undo), `undo()`, `redo()`,
 // `select("A" or "B")`. Include style.css. The element gets the class `vellus-panel`.
 
-/** The groups of the panel, by the keys of the parameters. Parameters that no group names come last. */
+/** The groups after the colour, by the keys of the parameters. Parameters that no group names come last. */
 const PANEL_GROUPS = [
-  ["Cuticle", ["eta", "layers", "alpha", "beta_m", "beta_n"]],
-  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma"]],
+  ["Gloss", ["beta_m", "beta_n"]],
+  ["Cuticle", ["eta", "layers", "alpha"]],
+  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment"]],
   ["Cortex", ["sigma_ca"]],
 ];
 
@@ -101,13 +104,14 @@ export function createSlider({ key, label, name, unit = "", range, title = "", c
   slider.addEventListener("change", () => moved(true));
   field.addEventListener("change", () => {
     const typed = field.valueAsNumber;
-    if (Number.isFinite(typed)) {
-      current = Math.min(Math.max(typed, range[0]), range[1]);
-      show();
-      change(current, true);
-    }
-    write();
+    if (!Number.isFinite(typed)) return write();
+    current = Math.min(Math.max(typed, range[0]), range[1]);
+    show();
+    // It stays as it was typed.
+    field.value = String(current);
+    change(current, true);
   });
+  write();
   const element = make("div", { class: "vf-row" },
     make("label", { for: id, title, class: "vf-label" }, label), slider, field,
     make("span", { class: "vf-unit", "aria-hidden": "true", title: unit }, SHORT_UNITS[unit] ?? unit));
@@ -115,9 +119,11 @@ export function createSlider({ key, label, name, unit = "", range, title = "", c
     element,
     get value() { return current; },
     set value(x) {
-      current = x;
+      // What was typed comes back in single precision.
+      const changes = Math.fround(x) !== Math.fround(current);
+      if (changes) current = x;
       show();
-      if (document.activeElement !== field) write();
+      if (changes && document.activeElement !== field) write();
     },
     enable(on) {
       slider.disabled = field.disabled = !on;
@@ -137,12 +143,13 @@ function fromHex(hex) {
   return [1, 3, 5].map((i) => decode(parseInt(hex.slice(i, i + 2), 16) / 255));
 }
 
-/** Turns a colour of CSS, such as `red`, into #rrggbb. `null` if the text is no opaque colour. */
+/** An opaque colour of CSS, such as `red`, as `{ color }` in linear RGB, or an `error`. */
 function namedColor(text) {
-  if (!CSS.supports("color", text)) return null;
   const context = document.createElement("canvas").getContext("2d");
-  context.fillStyle = text;
-  return /^#[0-9a-f]{6}$/.test(context.fillStyle) ? context.fillStyle : null;
+  if (CSS.supports("color", text)) context.fillStyle = text;
+  const is = CSS.supports("color", text) && /^#[0-9a-f]{6}$/.test(context.fillStyle);
+  return is ? { color: fromHex(context.fillStyle) }
+    : { error: `${text} is no colour: write a name such as brown, or #rrggbb` };
 }
 
 /** The value of a parameter as an array of its channels. A fibre may have one number for all of them. */
@@ -230,8 +237,10 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   function showCoat(answer) {
     swatch.style.background = toHex(answer.coat);
     swatch.title = `Colour of a dense coat: ${answer.coat.map((x) => x.toFixed(3)).join(", ")}`;
-    reflectance.forEach((slider, i) => (slider.value = answer.coat[i]));
-    picker.value = toHex(answer.coat);
+    // The colour that was asked for stays, also if no pigment reaches it: the message says so.
+    const asked = channelsOf(active().fiber.reflectance ?? answer.coat, 3);
+    reflectance.forEach((slider, i) => (slider.value = asked[i]));
+    picker.value = toHex(asked);
     message.textContent = answer.note ?? "";
   }
 
@@ -340,9 +349,11 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     spellcheck: "false" });
   word.addEventListener("change", () => {
     const typed = word.value.trim();
-    const color = namedColor(typed);
-    if (color) setReflectance(fromHex(color).map((x) => Math.min(Math.max(x, NAMED[0]), NAMED[1])), true);
-    else if (typed) message.textContent = `${typed} is no colour: write a name such as brown, or #rrggbb`;
+    if (typed) later(async () => {
+      const answer = await (source.color ? source.color(typed) : namedColor(typed));
+      if (answer.error) message.textContent = answer.error;
+      else setReflectance(answer.color.map((x) => Math.min(Math.max(x, NAMED[0]), NAMED[1])), true);
+    });
   });
   const reflectance = rows.get("reflectance").channels.map((channel) => {
     const short = CHANNEL_NAMES[channel.split(".").pop()];
@@ -373,11 +384,11 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
       make("div", { class: "vf-head" }, make("span", {}, "Coat colour"), word, picker),
       ...reflectance.map((slider) => slider.element),
       make("div", { class: "vf-head" }, make("span", {}, "Melanin")),
-      ...melanin.map((slider) => slider.element),
-      ...extra.flatMap(rowOf)),
+      ...melanin.map((slider) => slider.element)),
     ...PANEL_GROUPS.map(([name, keys]) => group(name, ...keys.filter((key) => rows.has(key)).flatMap(
       (key) => rowOf(rows.get(key))),
       ...(name === "Medulla" ? [make("label", { class: "vf-wide" }, "Scattered light leaves ", exits)] : []))),
+    ...extra.flatMap(rowOf),
   );
   element.addEventListener("keydown", (event) => {
     if (!history || !(event.ctrlKey || event.metaKey) || event.altKey) return;

@@ -4,15 +4,30 @@ use super::Args;
 use super::job::{self, Loaded};
 use crate::interrupt::Interrupt;
 use crate::say::note;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
 use vellus_render::session::{Frames, Goals, is_finished};
 use vellus_render::tev::Viewer;
+
+/// The file of a picture without `--frames`: a placeholder in its name becomes the number of `--frame`.
+///
+/// # Errors
+/// If there is a placeholder, and no number for it.
+pub fn single(args: &Args) -> Result<PathBuf> {
+    if args.frames.is_some() || !Frames::is_pattern(&args.output) {
+        return Ok(args.output.clone());
+    }
+    match args.input.frame {
+        Some(frame) if frame == f64::from(frame as i32) => Ok(Frames::file(&args.output, frame as i32)),
+        _ => bail!("-o {}: this name needs --frames, or a whole number as --frame", args.output.display()),
+    }
+}
 
 /// Renders one picture, or all frames of `--frames`. With `--resume`, frames that are finished are left out.
 pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
         interrupt.set_immediate(true);
-        let mut loaded = Loaded::new(args)?;
+        let mut loaded = Loaded::new(&Args { output: single(args)?, ..args.clone() })?;
         if args.input.frame.is_some() {
             loaded.stops = loaded.first_stops()?;
         }

@@ -11,6 +11,14 @@ use vellus_open::{Error, Format, Markings, Mix, Opened, Options, Ramp, Staging, 
 #[derive(Clone, Copy)]
 struct Reflectance([f32; 3]);
 
+/// The times of a shutter. An array would be several values for clap.
+#[derive(Clone, Copy)]
+struct Shutter([f64; 2]);
+
+fn parse_shutter(text: &str) -> Result<Shutter, String> {
+    parse::shutter(text).map(Shutter)
+}
+
 fn reflectance(text: &str) -> Result<Reflectance, String> {
     vellus_open::reflectance(text).map(Reflectance)
 }
@@ -70,6 +78,10 @@ pub struct Input {
     /// Time code of a USD file.
     #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
+    /// When the shutter opens and closes, in frames relative to the frame, e.g. -0.25:0.25. `off` is no motion blur
+    /// [default: the shutter of the camera].
+    #[arg(long, value_name = "OPEN:CLOSE", value_parser = parse_shutter, allow_hyphen_values = true)]
+    shutter: Option<Shutter>,
 }
 
 impl Input {
@@ -86,6 +98,7 @@ impl Input {
             strands: self.strands,
             camera: self.camera.clone(),
             frame: self.frame,
+            shutter: self.shutter.map(|shutter| shutter.0),
             strict: self.strict,
             markings: Markings {
                 ramp: self.ramp.clone(),
@@ -170,11 +183,14 @@ fn strict(warnings: usize) -> Result<()> {
 pub fn explain(error: Error) -> anyhow::Error {
     match error {
         Error::BuiltIn(scene) => {
-            anyhow!("--width, --camera, --frame and --frames are for files: the built-in scene {scene} has its own")
+            anyhow!(
+                "--width, --camera, --shutter, --frame and --frames are for files: the built-in scene {scene} has its \
+                 own"
+            )
         }
         Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
-            anyhow!("--frame, --frames and --camera are for USD files: {} has neither", file.display())
+            anyhow!("--shutter, --frame, --frames and --camera are for USD files: {} has none", file.display())
         }
         Error::SeveralMeshes { .. } => anyhow!("{error} with --on"),
         other => other.into(),

@@ -28,6 +28,8 @@ pub struct Loaded {
     /// The options, with the size of the picture and the part to render.
     args: Args,
     pub identity: Digest,
+    /// When and with which lens the picture is taken.
+    notes: Notes,
     seconds: f64,
     is_metered: bool,
     /// The exposure, if it is known already.
@@ -42,7 +44,8 @@ impl Loaded {
         let args = args.sized(&opened)?;
         let identity = args.digest(opened.sources.digest())?;
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Loaded { scene: opened.scene, args, identity, seconds, is_metered: opened.is_metered, stops: None })
+        let notes = opened.shot_notes(args.settings().size);
+        Ok(Loaded { scene: opened.scene, args, identity, notes, seconds, is_metered: opened.is_metered, stops: None })
     }
 
     /// The exposure of all frames of an animation: that of its first frame. `None` if this frame needs none.
@@ -94,7 +97,7 @@ pub fn run(loaded: Loaded, interrupt: &Interrupt, pictures: u64, viewer: &mut Op
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, seconds, is_metered, stops, .. } = loaded;
+    let Loaded { mut scene, identity, notes: shot, seconds, is_metered, stops, .. } = loaded;
     let settings = args.settings();
     prepare(&mut scene, settings.size, args.min_pixel_width, args.lod);
     let mut notes = vec![
@@ -103,6 +106,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         ("vellus_scene".to_owned(), args.input.scene.display().to_string()),
     ];
     notes.extend(args.identity(&settings).notes(identity));
+    notes.extend(shot);
     notes.extend(fiber_notes(&scene));
     if args.staging.background == Some(Backdrop::Transparent) {
         notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
@@ -228,14 +232,16 @@ impl Args {
             display,
             ..Picture::new(&self.output)
         };
+        let job = Job::new(options, picture);
+        // A frame of an animation is complete. A single picture may be continued if the user asks for it.
+        let continues = self.resume || self.checkpoint.is_some() || self.samples.is_some();
         Job {
             film: self.samples.is_some(),
             resume: self.resume,
-            interval: self.checkpoint,
+            interval: self.checkpoint.unwrap_or(job.interval),
             preview: self.preview,
-            // A frame of an animation is complete. A single picture may be continued.
-            any_end_completes: self.frames.is_some(),
-            ..Job::new(options, picture)
+            any_end_completes: self.frames.is_some() || !continues,
+            ..job
         }
     }
 }
@@ -265,6 +271,7 @@ mod tests {
         let all = "|cat|--small|--size 640x960|--crop 0,0,8,8|--mode near|--filter box|--seed 1|--max-depth 9|\
             --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
             x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
+            x.usda --shutter off|x.usda --shutter 0:1|\
             x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
             x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|x.usda --radiance-cache 8|\
             cat --set kappa=0.5|cat --fiber dog|cat --light studio|--lod auto|--lod 1";
@@ -272,7 +279,7 @@ mod tests {
         for options in all.split('|') {
             assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
-        assert_eq!(seen.len(), 31);
+        assert_eq!(seen.len(), 33);
     }
 
     #[test]

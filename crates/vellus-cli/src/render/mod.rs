@@ -47,6 +47,7 @@ pub struct Args {
     #[command(flatten)]
     model: ModelArgs,
     /// Picture to write: OpenEXR with layers, and a PNG beside it. With the extension `.png`, only the PNG is written.
+    /// `####` and `%04d` become the number of the frame.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Width and height in pixels [default: the resolution of the file's RenderSettings, or 960 for the longer side of
@@ -71,8 +72,8 @@ pub struct Args {
     #[arg(long, value_parser = parse::samples(MAX_SAMPLES), allow_hyphen_values = true)]
     #[arg(value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
-    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on.
-    /// --time and --noise apply to each frame. --resume skips finished frames.
+    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on, and
+    /// `fur_##.exr` becomes `fur_01.exr`. --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
     /// What renders: the processor, a GPU, or a GPU if there is one that can render the scene (auto). A GPU renders
@@ -129,9 +130,10 @@ pub struct Args {
     /// Continue from the checkpoint beside the output, if there is one of the same picture.
     #[arg(long)]
     resume: bool,
-    /// Write a checkpoint this often.
-    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, default_value = "60s", value_name = "TIME")]
-    checkpoint: Duration,
+    /// Write a checkpoint this often [default: 60s]. With this option or --resume, it stays if --time or --noise ends
+    /// the run, so that a later run can continue. Otherwise a finished picture has none.
+    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
+    checkpoint: Option<Duration>,
     /// Show the picture while it is rendered, in the viewer tev at this address [default port: 14158].
     #[arg(long, value_name = "HOST[:PORT]")]
     tev: Option<String>,
@@ -161,6 +163,7 @@ fn check(args: &Args) -> Result<()> {
     if args.denoise {
         Denoiser::load()?;
     }
+    frames::single(args)?;
     output::check_extension(&args.output, &["exr", "png"])
 }
 

@@ -1,6 +1,7 @@
 //! The files that `vellus render` writes, the goals that end it, and the files that it keeps after a failure.
 
 use crate::common::{LIMIT, Limited, Picture, command, ended_by, refused, refused_by, run, shell, vellus, wait_until};
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
@@ -71,6 +72,29 @@ def Camera \"camera\" {
 }
 ";
 
+/// `--shutter` replaces the shutter of the camera, which has none here.
+#[test]
+fn a_shutter_gives_motion_blur() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("lean.usda"), LEANING).unwrap();
+    let render = |more: &[&str]| {
+        let args =
+            ["render", "lean.usda", "--size", "24x16", "--spp", "2", "--frame", "2", "--layers", "beauty,motion"];
+        run(path, &[&args, more, &["-o", "lean.exr"]].concat());
+        Picture::read(&path.join("lean.exr"))
+    };
+    let (still, blurred) = (render(&[]), render(&["--shutter", "-0.5:0.5"]));
+    assert!(!still.same(&blurred) && still.same(&render(&["--shutter=off"])));
+    let moves = |picture: &Picture| {
+        let motion = picture.channels.iter().find(|(name, _)| name == "motion.X").unwrap();
+        motion.1.iter().any(|x| *x > 0.0)
+    };
+    assert_eq!((moves(&still), moves(&blurred)), (false, true));
+    refused(path, &["render", "cat", "--shutter", "off"], &["--shutter", "cat"]);
+    refused(path, &["render", "lean.usda", "--shutter", "1:0"], &["--shutter", "OPEN at most CLOSE"]);
+}
+
 #[test]
 fn frames_are_rendered_and_finished_frames_are_skipped() {
     let folder = tempfile::tempdir().unwrap();
@@ -80,6 +104,7 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     let frame = |n: u32| Picture::read(&path.join(format!("lean.000{n}.exr")));
     render(&["--spp", "2", "--frames", "1-4", "-o", "lean.exr"]);
     assert!(!frame(1).same(&frame(2)) && !frame(2).same(&frame(3)) && !frame(3).same(&frame(4)));
+    assert_eq!(frame(3).note("imageCounter"), "I32(3)");
     render(&["--spp", "2", "--frame", "3", "-o", "third.exr"]);
     assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
     // One frame is missing and one has another seed: both are rendered.
@@ -103,6 +128,14 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     let said = render(&["--spp", "2", "--frames", "1-4", "--resume", "-o", "lean.exr"]);
     for (n, there) in [(1, false), (2, true), (3, true), (4, false)] {
         assert_eq!(said.contains(&format!("frame {n}: lean.000{n}.exr is finished")), there, "{said}");
+    }
+    // A placeholder in the name becomes the number, also without --frames.
+    render(&["--spp", "2", "--frames", "1-4x3", "-o", "at_%03d.exr"]);
+    render(&["--spp", "2", "--frame", "1", "-o", "first.##.png"]);
+    assert!(path.join("at_001.png").exists() && path.join("at_004.exr").exists() && path.join("first.01.png").exists());
+    for more in [&["--frame", "1.5"][..], &[]] {
+        let args = [&["render", "lean.usda", "-o", "first.####.png"], more].concat();
+        refused(path, &args, &["first.####.png", "needs --frames"]);
     }
     // More samples than the finished frames have.
     let said = render(&["--frames", "1-4x3", "--spp", "4", "--resume", "-o", "lean.exr"]);
@@ -145,6 +178,10 @@ fn goals_end_a_run() {
     assert!(time.note("vellus_ended_by") == "time" && start.elapsed() >= Duration::from_millis(900));
     // The upper bound is large, because the machine may be busy.
     assert!((0.9..5.0).contains(&seconds), "{seconds}");
+    // Who does not ask for a checkpoint gets pictures only.
+    let names = std::fs::read_dir(path).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+    let files: BTreeSet<String> = names.filter(|name| name != "state").collect();
+    assert_eq!(files, ["noise.exr", "noise.png", "time.exr", "time.png"].map(str::to_owned).into());
 }
 
 /// Reads a packet: its kind and its content.

@@ -21,10 +21,11 @@ fn parts_and_resumed_runs_are_the_same_picture() {
     run(folder.path(), &["merge", "b.film", "a.film", "-o", "merged.exr"]);
     let merged = at("merged.exr");
     assert!(at("whole.exr").same(&merged) && merged.note("vellus_samples") == "6", "{:?}", merged.names());
-    // The goal is reached after the first pass, which leaves a checkpoint.
+    // The goal is reached after the first pass. This leaves a checkpoint only with --checkpoint.
     run(folder.path(), &with(&["--spp", "6", "--noise", "1e9", "-o", "two.exr"]));
-    assert!(!folder.path().join("whole.checkpoint").exists());
-    let stopped = run(folder.path(), &with(&["--spp", "20", "--noise", "1e9", "-o", "noisy.exr"]));
+    assert!(!["whole", "two"].iter().any(|name| folder.path().join(name).with_extension("checkpoint").exists()));
+    let stopped =
+        run(folder.path(), &with(&["--spp", "20", "--noise", "1e9", "--checkpoint", "60s", "-o", "noisy.exr"]));
     assert!(stopped.contains("samples a pixel"), "{stopped}");
     assert!(folder.path().join("noisy.checkpoint").exists());
     let resumed = run(folder.path(), &with(&["--spp", "20", "--resume", "-o", "noisy.exr"]));
@@ -116,7 +117,7 @@ fn a_picture_is_known_by_the_content_of_its_files() {
     }
     // A checkpoint of the old texture.
     let args = ["render", "here/top.usda", "--size", "8x8", "--spp", "20", "-o", "kept.exr"];
-    run(path, &[&args[..], &["--noise", "1e9"]].concat());
+    run(path, &[&args[..], &["--noise", "1e9", "--checkpoint", "60s"]].concat());
     assert!(path.join("kept.checkpoint").exists());
     write("here", &[("parts/sky.png", png(98))]);
     refused(path, &[&args[..], &["--resume"]].concat(), &["kept.checkpoint", "of another picture"]);
@@ -342,7 +343,7 @@ fn a_gpu_resumes_and_merges() {
     run(path, &["merge", "b.film", "a.film", "-o", "merged.exr"]);
     assert!(at("whole.exr").same(&at("merged.exr")));
     // A goal that the first pass reaches leaves a checkpoint. The processor continues from it.
-    run(path, &on_hamster(&["--device", "gpu", "--spp", "40", "--noise", "1e9", "-o", "c.exr"]));
+    run(path, &on_hamster(&["--device", "gpu", "--spp", "40", "--noise", "1e9", "--checkpoint", "60s", "-o", "c.exr"]));
     let resumed = run(path, &on_hamster(&["--mode", "near", "--spp", "40", "--resume", "-o", "c.exr"]));
     assert!(resumed.contains("continuing from"), "{resumed}");
     run(path, &on_hamster(&["--mode", "near", "--samples", "2..6", "-o", "d.exr"]));

@@ -177,7 +177,7 @@ try {
   });
   await page.getByRole("textbox", { name: "Coat colour by name" }).fill("no colour");
   await page.keyboard.press("Enter");
-  await page.getByText("no colour is no colour").waitFor();
+  await page.getByText("'no colour' is no colour").waitFor();
   await changes("coat colour", 1, async () => {
     await page.locator('input[data-key="picker"]').fill("#b03020");
     await page.waitForTimeout(500);
@@ -229,8 +229,7 @@ try {
   }
   await shot("groom");
   await changes("groom of the scene", 1, () => press("Groom of the scene"));
-  // A sky of one colour looks the same from all sides.
-  await slide("Rotate sky", 0.9);
+  await slide("Rotate lights", 0.9);
   await changes("brightness", 1, () => slide("Brightness", 0.4));
   await changes("undo of brightness", 1, () => press("Undo"));
   await changes("redo of brightness", 1, () => press("Redo"));
@@ -250,7 +249,8 @@ try {
   await settled();
 
   // Files.
-  for (const [name, file] of [["Look TOML", ".toml"], ["Look USD", ".usda"], ["Strands USD", ".usdc"],
+  for (const [name, file] of [["Look TOML", ".toml"], ["Look USD", ".usda"], ["Scene USD", ".usdc"],
+    ["Lights USD", ".usda"],
     ["Camera USD", ".usda"], ["PNG", ".png"], ["EXR", ".exr"]]) {
     await settled();
     const download = page.waitForEvent("download", { timeout: 60_000 });

@@ -38,6 +38,12 @@ fn every_control_works_in_chromium() {
 
 #[test]
 #[ignore = "full: a browser, which `cargo xtask test` does not install"]
+fn the_panel_keeps_what_is_typed_at_any_width() {
+    run("panel.mjs", "hair-lock");
+}
+
+#[test]
+#[ignore = "full: a browser, which `cargo xtask test` does not install"]
 fn the_page_survives_losses_garbage_and_other_pages() {
     run("robust.mjs", "hair-lock");
 }

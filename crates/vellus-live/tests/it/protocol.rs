@@ -194,10 +194,10 @@ async fn two_pages_share_the_state_and_one_may_leave() {
     let state = next(&mut two, |m| json_of(m).filter(|v| v["exposure"] == 1.5)).await;
     assert_eq!(state["type"], "state");
     drop(one);
-    assert_eq!(ask(&mut two, json!({"type": "sky", "degrees": 30})).await["type"], "reply");
+    assert_eq!(ask(&mut two, json!({"type": "azimuth", "degrees": 30})).await["type"], "reply");
     // A page that comes back gets the state and the picture at once.
     let mut again = connect(&server).await;
-    next(&mut again, |m| json_of(m).filter(|v| v["sky"] == 30.0)).await;
+    next(&mut again, |m| json_of(m).filter(|v| v["azimuth"] == 30.0)).await;
     next(&mut again, header).await;
 }
 
@@ -346,6 +346,7 @@ async fn looks_lights_and_groom_change_the_state_and_are_saved() {
         ("look-0.toml", "beta_m = 9"),
         ("look-0.usda", "VellusFur"),
         ("scene.usdc", "PXR-USDC"),
+        ("lights.usda", "Light "),
         ("camera.usda", "Camera"),
         ("picture.png", "PNG"),
         ("picture.exr", "v/1\u{1}"),
@@ -363,14 +364,15 @@ async fn undo_and_versions_cover_fibres_model_lights_and_groom() {
     let mut socket = connect(&server).await;
     let start = next(&mut socket, json_of).await;
     assert_eq!((&start["can_undo"], &start["can_redo"], &start["version"]), (&json!(false), &json!(false), &json!(0)));
-    let settings = |state: &Value| ["looks", "model", "sky", "lights", "groom"].map(|key| state[key].clone()).to_vec();
+    let settings =
+        |state: &Value| ["looks", "model", "azimuth", "lights", "groom"].map(|key| state[key].clone()).to_vec();
     let mut fiber = start["looks"][0]["fiber"].clone();
     fiber["sigma_ca"] = json!([3.0, 4.0, 5.0]);
     let commands = [
         json!({"type": "look", "look": 0, "fiber": fiber}),
         json!({"type": "coat", "look": 0, "pattern": false, "tip": 3.0}),
         json!({"type": "light", "light": 0, "gain": 2.0, "shift": [0, 1, 0]}),
-        json!({"type": "sky", "degrees": 40}),
+        json!({"type": "azimuth", "degrees": 40}),
         json!({"type": "model", "name": "chiang2016"}),
         json!({"type": "groom", "density": 0.5, "length": 2.0, "clump": 0.5, "clump_strands": 10}),
     ];

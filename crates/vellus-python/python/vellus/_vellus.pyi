@@ -793,6 +793,7 @@ class Scene:
         ramp: str | None = None,
         belly: Iterable[SupportsFloat] | str | None = None,
         mix: Sequence[str] = ...,
+        shutter: _Pair | None = None,
     ) -> Scene:
         """Reads a scene.
 
@@ -804,7 +805,8 @@ class Scene:
         `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a dense coat
         (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of their length,
         in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`. `belly`: the colour where the skin faces
-        down. `mix`: strands of other colours, `["white:30%"]`.
+        down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when the shutter of a USD file opens and
+        closes, in frames relative to the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
-use vellus_render::session::{Options, Session};
+use vellus_render::session::{Options, Session, camera_notes};
 use vellus_render::{Error, Film, Filter, Layer, Lod, MAX_SAMPLES, Mode, Settings, denoise::Denoiser};
 
 /// The layers that are rendered if none are named: those of `vellus render`.
@@ -286,10 +286,11 @@ impl Scene {
         let finished = run(py, &work, callback.as_ref())?;
         let Finished { film, denoised, rays, rejected } = *finished;
         let version = ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+        let notes = camera_notes(&work.prepared.world.camera(), [width, height]);
         Ok(Picture {
             film,
             denoised,
-            notes: [version].into_iter().chain(stops).collect(),
+            notes: notes.into_iter().chain([version]).chain(stops).collect(),
             is_transparent,
             rays,
             rejected,

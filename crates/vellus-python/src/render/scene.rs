@@ -109,7 +109,8 @@ impl Scene {
     /// `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or that of a dense coat
     /// (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share `tips` of their length,
     /// in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`. `belly`: the colour where the skin faces
-    /// down. `mix`: strands of other colours, `["white:30%"]`.
+    /// down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when the shutter of a USD file opens and
+    /// closes, in frames relative to the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
@@ -120,7 +121,8 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
-        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![]))]
+        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![],
+        shutter=None))]
     fn open(
         py: Python<'_>,
         path: PathBuf,
@@ -143,6 +145,7 @@ impl Scene {
         ramp: Option<String>,
         belly: Option<&Bound<'_, PyAny>>,
         mix: Vec<String>,
+        shutter: Option<[f64; 2]>,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
         within("tips", f64::from(tips), 1e-3..=1.0)?;
@@ -150,6 +153,9 @@ impl Scene {
         width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
             return Err(PyValueError::new_err("light, background, view and body need stage=True"));
+        }
+        if let Some([open, close]) = shutter {
+            within("shutter", open, f64::MIN..=close.min(f64::MAX))?;
         }
         let light = parsed("light", light)?;
         let background: Option<Backdrop> = parsed("background", background)?;
@@ -183,6 +189,7 @@ impl Scene {
             strands,
             camera,
             frame,
+            shutter,
             instances: true,
             strict,
             staging,

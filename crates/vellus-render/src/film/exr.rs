@@ -1,5 +1,6 @@
 //! Films as OpenEXR files.
 
+use super::attributes;
 use super::picture::{Notes, PIXELS_NOTE, PixelType, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer, cryptomatte};
@@ -15,11 +16,20 @@ const ENCODING: Encoding = Encoding {
     line_order: LineOrder::Increasing,
 };
 
+/// The primaries of Rec. 709 and the white D65.
+const REC_709: ::exr::meta::attribute::Chromaticities = ::exr::meta::attribute::Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.3, 0.6),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.329),
+};
+
 impl Film {
     /// The bytes of an OpenEXR file.
     ///
-    /// It has the `layers` that the film keeps, with linear colours, and text attributes for `notes` (names and
-    /// values). `denoised` is the beauty after a denoiser, three values per pixel. It becomes the layer `denoised`.
+    /// It has the `layers` that the film keeps, with linear colours (Rec. 709), and attributes for `notes` (names and
+    /// values): of the standard's types for names of the standard, texts for others. `denoised` is the beauty after a
+    /// denoiser, three values per pixel. It becomes the layer `denoised`.
     ///
     /// Albedo, normal, depth and motion are means over the covered part of the pixel. Tangent and root coordinates are
     /// means over the part that fibres cover. The variance is that of the pixel's mean brightness. If a film covers
@@ -78,15 +88,15 @@ impl Film {
         attributes.layer_position = Vec2(left, top);
         attributes.software_name = Some("vellus".into());
         let pixels = (PIXELS_NOTE.to_owned(), exr_digest(&channels).to_string());
-        for (name, value) in notes.iter().chain(&cryptomattes).chain([&pixels]) {
-            // UTF-8, as in most programs. The encoder's own conversion accepts only Latin letters.
-            let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
-            attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
+        let space = ("colorInteropID".to_owned(), "lin_rec709_scene".to_owned());
+        for (name, value) in notes.iter().chain(&cryptomattes).chain([&pixels, &space]) {
+            attributes::add(&mut attributes, name, value);
         }
         let layer = ::exr::image::Layer::new((width, height), attributes, ENCODING, channels);
         let [whole_width, whole_height] = self.whole();
         let mut image = Image::from_layer(layer);
         image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));
+        image.attributes.chromaticities = Some(REC_709);
         let mut bytes = Cursor::new(Vec::new());
         let failed = |e: ::exr::error::Error| Error::Encode { format: "OpenEXR", what: e.to_string() };
         image.write().non_parallel().to_buffered(&mut bytes).map_err(failed)?;

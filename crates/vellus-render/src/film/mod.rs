@@ -1,5 +1,6 @@
 //! Films: exact sums of samples ([`sums`]).
 
+pub mod attributes;
 pub mod checkpoint;
 pub mod cryptomatte;
 mod exr;

@@ -1,6 +1,7 @@
 //! The frames of an animation.
 
 use crate::error::Error;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -16,6 +17,7 @@ const MAX_FRAMES: u64 = 1_000_000;
 /// let frames: Frames = "1-48x12".parse()?;
 /// assert_eq!(frames.iter().collect::<Vec<_>>(), [1, 13, 25, 37]);
 /// assert_eq!(Frames::file(Path::new("out/fur.exr"), 13), Path::new("out/fur.0013.exr"));
+/// assert_eq!(Frames::file(Path::new("out/fur_######.exr"), 13), Path::new("out/fur_000013.exr"));
 /// # Ok::<(), vellus_render::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,13 +43,44 @@ impl Frames {
         (i64::from(self.first)..=i64::from(self.last)).step_by(self.step as usize).map(|frame| frame as i32)
     }
 
-    /// The file of one frame: `fur.exr` of frame 7 is `fur.0007.exr`.
+    /// The file of one frame: `fur.exr` of frame 7 is `fur.0007.exr`. If the name has a
+    /// [placeholder](Frames::is_pattern), the last one becomes the number: `fur_###.exr` and `fur_%03d.exr` are
+    /// `fur_007.exr`.
     pub fn file(path: &Path, frame: i32) -> PathBuf {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
         let sign = if frame < 0 { "-" } else { "" };
-        let number = frame.unsigned_abs();
-        path.with_file_name(format!("{}.{sign}{number:04}.{}", part(path.file_stem()), part(path.extension())))
+        let number = |digits: usize| format!("{sign}{:0digits$}", frame.unsigned_abs());
+        let mut name = part(path.file_name());
+        path.with_file_name(match placeholder(&name) {
+            Some((place, digits)) => {
+                name.replace_range(place, &number(digits));
+                name
+            }
+            None => format!("{}.{}.{}", part(path.file_stem()), number(4), part(path.extension())),
+        })
     }
+
+    /// Whether the name of a file has a placeholder for the number of a frame: two or more `#`, one for each digit, or
+    /// `%d` or `%04d`, as in C.
+    pub fn is_pattern(path: &Path) -> bool {
+        path.file_name().is_some_and(|name| placeholder(&name.to_string_lossy()).is_some())
+    }
+}
+
+/// The last placeholder of a name, and its least number of digits.
+fn placeholder(name: &str) -> Option<(Range<usize>, usize)> {
+    let hashes = || {
+        let end = name.rfind("##")? + 2;
+        let digits = end - name[..end].trim_end_matches('#').len();
+        Some((end - digits..end, digits))
+    };
+    let format = |(start, _)| {
+        let digits = name[start + 1..].split_once('d')?.0;
+        let is_good = digits.len() < 3 && digits.bytes().all(|digit| digit.is_ascii_digit());
+        is_good.then(|| (start..start + digits.len() + 2, digits.parse().unwrap_or(1)))
+    };
+    let formats = name.rmatch_indices('%').find_map(format);
+    hashes().into_iter().chain(formats).max_by_key(|(place, _)| place.start)
 }
 
 impl FromStr for Frames {
@@ -83,6 +116,28 @@ mod tests {
         assert_eq!(name("out/fur.exr", 7), "out/fur.0007.exr");
         assert_eq!(name("fur.v2.png", 12345), "fur.v2.12345.png");
         assert_eq!(name("fur.exr", -3), "fur.-0003.exr");
+    }
+
+    #[test]
+    fn placeholders_become_the_number() {
+        let name = |path: &str, frame| Frames::file(Path::new(path), frame).to_string_lossy().into_owned();
+        for (path, frame, expected) in [
+            ("out/fur.####.exr", 7, "out/fur.0007.exr"),
+            ("####_##.png", 7, "####_07.png"),
+            ("fur%04d.exr", 12345, "fur12345.exr"),
+            ("fur_%d.exr", 7, "fur_7.exr"),
+            ("é%02dé##é.exr", -7, "é%02dé-07é.exr"),
+            ("##_%3d.exr", 7, "##_007.exr"),
+            // These are names.
+            ("take#2.exr", 7, "take#2.0007.exr"),
+            ("50%.exr", 7, "50%.0007.exr"),
+            ("%_d.%999d", 7, "%_d.0007.%999d"),
+            ("##/fur.exr", 7, "##/fur.0007.exr"),
+        ] {
+            assert_eq!(name(path, frame), expected);
+            let is_pattern = !expected.contains(".0007.") || path.contains("fur.##");
+            assert_eq!(Frames::is_pattern(Path::new(path)), is_pattern, "{path}");
+        }
     }
 
     #[test]

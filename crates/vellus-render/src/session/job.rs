@@ -4,6 +4,7 @@ use super::keeper::Keeper;
 use super::notes::{layers_note, take_layers};
 use super::{Denoise, End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
+use crate::film::attributes::camera_notes;
 use crate::film::checkpoint::Checkpoint;
 use crate::packed::RowTracer;
 use crate::world::World;
@@ -124,6 +125,7 @@ impl Job {
     ) -> Result<Outcome, Error> {
         self.options.validate()?;
         self.options.pass = self.options.pass.min(self.interval);
+        self.options.notes.extend(camera_notes(&world.camera(), self.options.settings.size));
         self.options.notes.push(layers_note(&self.picture.layers));
         let mut keeper = Keeper::new(&self.picture.path);
         self.check_space(world, &keeper)?;

@@ -20,6 +20,7 @@ mod picture;
 mod store;
 mod text;
 
+pub use crate::film::attributes::camera_notes;
 pub use event::Event;
 pub use frames::Frames;
 pub use goals::{End, Goals, State};

@@ -86,6 +86,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> R
     if f_stop > 0.0 && focus_distance <= 0.0 {
         reader.warnings.add(prim, "fStop has no effect without a positive focusDistance");
     }
+    reader.focal_length = Some(0.1 * focal_length);
     let to_world = rigid(&place.to_world);
     let moved = rigid(&place.moved);
     let single = |matrix: DMat4| matrix.as_mat4();

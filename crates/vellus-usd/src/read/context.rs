@@ -49,6 +49,8 @@ pub(crate) struct Reader<'a> {
     pub linked: Vec<Linked>,
     /// The names of looks that are shading networks of other programs.
     pub networks: Vec<String>,
+    /// The focal length of the camera in scene units.
+    pub focal_length: Option<f64>,
     /// Surfaces by the path of the material, or of the mesh if it has no material.
     pub surfaces: HashMap<String, usize>,
     /// Looks and primvars with a warning that a value is out of range.
@@ -87,6 +89,7 @@ impl<'a> Reader<'a> {
             looks: HashMap::new(),
             linked: Vec::new(),
             networks: Vec::new(),
+            focal_length: None,
             surfaces: HashMap::new(),
             held: HashSet::new(),
             local_scale: 1.0,

@@ -28,7 +28,7 @@ pub(crate) mod surface;
 pub(crate) mod uv_texture;
 mod xform;
 
-pub use options::{Options, Reading};
+pub use options::{Options, Reading, Shot};
 pub use settings::RenderSettings;
 
 use crate::error::{Error, Invalid};
@@ -85,6 +85,13 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
         instances::copy_all(&mut reader)?;
     }
     ledger::check(&mut reader)?;
+    let clock = stage.clock();
+    let shot = Shot {
+        frame: (!clock.is_timeless()).then_some(clock.frame),
+        // A wrong rate is an error only where velocities need it.
+        frames_per_second: stage.time_codes_per_second().unwrap_or(24.0),
+        focal_length: reader.focal_length.filter(|_| reader.scene.camera.is_some()),
+    };
     let Reader { scene, warnings, networks, .. } = reader;
     let warnings = warnings.into_vec();
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
@@ -94,7 +101,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings, networks, settings, sources: stage.sources() })
+    Ok(Reading { scene, warnings, networks, settings, shot, sources: stage.sources() })
 }
 
 /// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.

@@ -45,6 +45,17 @@ impl Default for Options {
     }
 }
 
+/// When a picture of a stage is taken, and with which lens.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shot {
+    /// The time code. `None` if neither the stage nor [`Options::frame`] says it.
+    pub frame: Option<f64>,
+    /// Time codes a second (timeCodesPerSecond).
+    pub frames_per_second: f64,
+    /// The focal length in scene units. `None` without a camera.
+    pub focal_length: Option<f64>,
+}
+
 /// The result of [`read`](crate::read()).
 #[derive(Clone, Debug)]
 pub struct Reading {
@@ -56,6 +67,8 @@ pub struct Reading {
     pub networks: Vec<String>,
     /// What the stage says about its picture, if it has RenderSettings.
     pub settings: Option<RenderSettings>,
+    /// The time and the lens of the picture.
+    pub shot: Shot,
     /// All files that were read: layers and textures. A package (.usdz) counts as one file.
     pub sources: Sources,
 }
