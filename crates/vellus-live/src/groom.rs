@@ -3,6 +3,7 @@
 use crate::request::{Groom, within};
 use glam::{Vec3, Vec4Swizzles};
 use rayon::prelude::*;
+use vellus_groom::{Interpolation, interpolate};
 use vellus_scene::Strands;
 
 /// Cells of the grid that finds the clumps, on each axis at most.
@@ -11,7 +12,7 @@ const CELLS: f32 = 1024.0;
 impl Groom {
     /// Checks the ranges.
     pub(crate) fn check(&self) -> Result<(), String> {
-        within("density", self.density, 0.01, 1.0)?;
+        within("density", self.density, 0.01, 4.0)?;
         within("length", self.length, 0.1, 5.0)?;
         within("clump", self.clump, 0.0, 1.0)?;
         within("clump_strands", self.clump_strands as f32, 2.0, 1000.0)?;
@@ -25,6 +26,11 @@ impl Groom {
             changed = vellus_groom::thin(strands, self.density);
             // `thin` widens the strands that are left, to cover as much. A less dense coat covers less.
             changed.points.par_iter_mut().for_each(|point| point.w *= self.density);
+        } else if self.density > 1.0
+            && let Ok(denser) = interpolate(strands, None, self.density, Interpolation::default())
+        {
+            // A set that would have too many points stays as it is.
+            changed = denser;
         }
         if self.clump > 0.0 {
             self.pull(&mut changed);
@@ -163,6 +169,14 @@ mod tests {
         assert_eq!(half.validate(), Ok(()));
         let widest = |s: &Strands| s.points.iter().map(|p| p.w).fold(0.0, f32::max);
         assert!(widest(&half) <= 1.001 * widest(&fur));
+    }
+
+    #[test]
+    fn density_above_one_adds_strands() {
+        let fur = fur();
+        let double = Groom { density: 2.0, ..Groom::default() }.apply(&fur);
+        assert!((double.len() as f32 / fur.len() as f32 - 2.0).abs() < 0.01);
+        assert_eq!((double.validate(), &double.points[..fur.points.len()]), (Ok(()), &fur.points[..]));
     }
 
     #[test]

@@ -181,7 +181,7 @@ impl Default for Coat {
 /// Changes of the strands of the scene. The values of [`Groom::default`] change nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Groom {
-    /// The share of strands that is kept; in [0.01, 1].
+    /// The number of strands relative to the scene; in [0.01, 4]. Above 1 they are interpolated.
     pub density: f32,
     /// Factor of the length; in [0.1, 5].
     pub length: f32,

@@ -38,8 +38,8 @@ export class Panels {
     };
     const define = (name, options) => slider({ ...options, change: (x) => send(name, x) });
     const sliders = {
-      density: define("density", { label: "Density", min: 0.01, max: 1, step: 0.01, unit: "×",
-        hint: "Share of the strands of the scene" }),
+      density: define("density", { label: "Density", min: 0.01, max: 4, step: 0.01, unit: "×",
+        hint: "Strands relative to the scene; above 1 there are more between them" }),
       length: define("length", { label: "Length", min: 0.1, max: 5, step: 0.01, unit: "×", log: true,
         hint: "Length relative to the scene" }),
       clump: define("clump", { label: "Clumping", min: 0, max: 1, step: 0.01,
