@@ -39,7 +39,7 @@ use crate::read::shapes::SHAPES;
 use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
-use crate::stage::{MATERIALS, Stage};
+use crate::stage::{MATERIALS, Repairs, Stage};
 use crate::warning::{Fault, Warning};
 use std::collections::HashMap;
 use std::path::Path;
@@ -67,11 +67,24 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     on_large_stack(|| read_stage(file, options)).map_err(|error| Error::file(file, error))?
 }
 
+/// How often a stage is opened again without the properties of more layers.
+const MOST_REPAIRS: usize = 4;
+
 fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
-    let stage = Stage::open(file, options.frame)?;
+    let mut stage = Stage::open(file, options.frame, Repairs::default())?;
+    // Composition reads layers when they are needed.
+    for _ in 0..MOST_REPAIRS {
+        let read = read_composed(&stage, file, options);
+        let Some(repairs) = stage.repairs() else { return read };
+        stage = Stage::open(file, options.frame, repairs)?;
+    }
+    read_composed(&stage, file, options)
+}
+
+fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Reading, Error> {
     let broken = |what: Invalid| Error::file(file, what);
     let paths = stage.prims().map_err(broken)?;
-    let mut reader = Reader::new(&stage, options, Units::CENTIMETERS);
+    let mut reader = Reader::new(stage, options, Units::CENTIMETERS);
     let (units, ignored) = stage.units().map_err(broken)?;
     reader.scene.units = Some(units);
     ignored.iter().for_each(|what| reader.warnings.add("/", *what));
@@ -80,6 +93,9 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     for (place, what) in stage.composition_faults().map_err(broken)? {
         let what = format!("{what}: what it would bring in is left out");
         reader.warnings.add_fault(Some(Fault::Layer), &place, what);
+    }
+    for (prim, what) in stage.losses() {
+        reader.warnings.add(&prim, format!("{what}: it is left out"));
     }
     if !options.instances {
         instances::copy_all(&mut reader)?;
@@ -90,7 +106,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
         let skipped: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
-        let skipped = empty::reason(&stage, &places).unwrap_or_else(String::from) + &skipped;
+        let skipped = empty::reason(stage, &places).unwrap_or_else(String::from) + &skipped;
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
@@ -111,7 +127,7 @@ pub fn read_material(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(F
 
 fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
     let options = Options { network_base: *base, ..Options::default() };
-    let stage = Stage::open(file, None)?;
+    let stage = Stage::open(file, None, Repairs::default())?;
     let materials = stage.children(MATERIALS).map_err(|what| Error::file(file, what))?;
     let known = materials.join(", ");
     let material = match (name, &materials[..]) {
@@ -177,6 +193,8 @@ fn read_prims(
             camera => reader.scene.camera = camera?,
         }
         reader.eye = reader.scene.camera;
+    } else {
+        reader.stage_size = subdivision::stage_size(reader, &places);
     }
     reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;

@@ -1,5 +1,6 @@
 //! What a stage says about the properties of a prim: values, connections, targets and metadata.
 
+use super::spline::Spline;
 use super::text::ascii;
 use super::values::{numbers, precise};
 use super::{Failure, Numbers, Property, Stage, When};
@@ -95,6 +96,34 @@ impl Stage {
             }
             Ok(None)
         })
+    }
+
+    /// The value of an attribute whose strongest value is a spline: `None` if it is not one, `Some(None)` if it has no
+    /// value at this time. Within a layer, splines are stronger than the default value, and weaker than time samples.
+    fn of_spline(&self, prim: &str, name: &str, time: f64) -> Result<Option<Option<f64>>, Failure> {
+        let name = self.spelled(prim, name)?;
+        let graph = self.stage.prim_index(sdf::Path::new(prim)?).graph()?;
+        for node in graph.all_nodes() {
+            let property = node.path().append_property(&*name)?;
+            for (layer, offset) in self.stage.node_layer_stack(node) {
+                let Some(layer) = self.stage.layer_identifier(layer) else { continue };
+                let Some(layer) = self.stage.layer(&layer) else { continue };
+                let field = |name: &str| layer.data().try_field(&property, name).ok().flatten();
+                if field("timeSamples").is_some() {
+                    return Ok(None);
+                }
+                if let Some(found) = field("spline") {
+                    let spline =
+                        Spline::of(&found).ok_or("its spline is not valid, or of a kind that is not supported")?;
+                    let time = node.map_to_root().time_offset().inverse().apply(time);
+                    return Ok(Some(spline.at(offset.inverse().apply(time))));
+                }
+                if field("default").is_some() {
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// The bytes of a file that [`Stage::asset`] resolved.
@@ -235,6 +264,11 @@ impl Stage {
             When::Close => self.clock().close,
             When::At(time) => time,
         };
+        if self.files.splines.get()
+            && let Some(value) = self.ask(prim, |prim| self.of_spline(prim, name, time))?
+        {
+            return Ok(value.map(sdf::Value::Double));
+        }
         self.ask(prim, |prim| {
             let attribute = self.attribute(prim, name)?;
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);

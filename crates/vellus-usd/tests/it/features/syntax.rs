@@ -113,7 +113,7 @@ fn files_may_be_named_by_strings() {
     );
     std::fs::write(folder.path().join("top.usda"), top).unwrap();
     let reading = vellus_usd::read(&folder.path().join("top.usda"), &Options::default()).unwrap();
-    assert_eq!(reading.scene.textures[0].pixels[0], [1.0, 0.0, 0.0], "{:?}", reading.warnings);
+    assert_eq!(reading.scene.textures[0].pixels.get(0), [1.0, 0.0, 0.0], "{:?}", reading.warnings);
     assert!(reading.sources.iter().any(|(name, _)| name == "look/a.png"));
 }
 
