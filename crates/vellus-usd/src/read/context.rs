@@ -68,6 +68,8 @@ pub(crate) struct Reader<'a> {
     pub meshes: usize,
     /// The number of faces of subdivision surfaces.
     pub refined: usize,
+    /// The number of instancers around what is read.
+    pub nested: usize,
     /// The number of points of copied instances.
     pub copied: usize,
     /// Whether what is ignored or replaced is an error, because the user named this part of the file.
@@ -102,6 +104,7 @@ impl<'a> Reader<'a> {
             stage_size: 0.0,
             meshes: 0,
             refined: 0,
+            nested: 0,
             copied: 0,
             is_named: false,
             uv_sets: HashMap::new(),

@@ -14,6 +14,7 @@ pub(crate) mod look;
 mod mesh;
 mod motion;
 mod network;
+mod nurbs;
 mod options;
 mod polygons;
 mod prim;
@@ -23,6 +24,7 @@ mod shading;
 mod shapes;
 mod skeleton;
 mod skin;
+mod spheres;
 mod subdivision;
 pub(crate) mod surface;
 pub(crate) mod uv_texture;
@@ -213,7 +215,8 @@ fn read_prims(
                 None => {
                     let within = places[i..].iter().take_while(|other| is_below(&other.path, &place.path));
                     let to_local = [place.to_world, place.moved].map(|matrix| matrix.inverse());
-                    let read = instances::prototype(reader, &place.path, within, to_local)?;
+                    let known = &mut point_prototypes;
+                    let read = instances::prototype(reader, &place.path, within, to_local, (&places, known))?;
                     prototypes.insert(first, read);
                     read
                 }
@@ -242,7 +245,7 @@ fn read_prims(
 
 /// Whether prims of a type are strands or meshes in a picture.
 fn is_drawn(kind: &str) -> bool {
-    ["BasisCurves", "HermiteCurves", "Mesh"].contains(&kind) || SHAPES.contains(&kind)
+    CURVES.contains(&kind) || ["Mesh", "Points"].contains(&kind) || SHAPES.contains(&kind)
 }
 
 /// Whether a shutter opens and closes in this order.
@@ -252,8 +255,9 @@ fn is_shutter([open, close]: [f64; 2]) -> bool {
 
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     match place.type_name.as_str() {
-        "BasisCurves" | "HermiteCurves" => curves::read(reader, place),
+        kind if CURVES.contains(&kind) => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
+        "Points" => spheres::read(reader, place),
         shape if SHAPES.contains(&shape) => shapes::read(reader, place),
         light if LIGHTS.contains(&light) => {
             reader.prim(&place.path)?;
@@ -281,12 +285,14 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     }
 }
 
+/// Types of prims that are strands.
+const CURVES: [&str; 3] = ["BasisCurves", "HermiteCurves", "NurbsCurves"];
+
 const LIGHTS: [&str; 7] =
     ["DomeLight", "DomeLight_1", "DistantLight", "RectLight", "DiskLight", "SphereLight", "CylinderLight"];
 
 /// Types of prims that other renderers show.
-const UNSUPPORTED: [&str; 8] =
-    ["NurbsCurves", "NurbsPatch", "Points", "TetMesh", "Volume", "GeometryLight", "PortalLight", "PluginLight"];
+const UNSUPPORTED: [&str; 6] = ["NurbsPatch", "TetMesh", "Volume", "GeometryLight", "PortalLight", "PluginLight"];
 
 const GROUPS: [&str; 4] = ["", "Scope", "Xform", "SkelRoot"];
 

@@ -190,6 +190,14 @@ impl Stage {
         })
     }
 
+    /// A number in the metadata of a property, such as the weight of a shape.
+    pub fn metadata_number(&self, prim: &str, name: &str, key: &str) -> Result<Option<f64>, Error> {
+        self.ask(prim, |prim| {
+            let value = self.attribute(prim, name)?.get_metadata::<sdf::Value>(key)?;
+            Ok(value.and_then(precise).and_then(|numbers| numbers.first().copied()))
+        })
+    }
+
     /// The property that an attribute is connected to.
     pub fn connection(&self, prim: &str, name: &str) -> Result<Option<Property>, Error> {
         if !self.has_property(prim, name)? {
