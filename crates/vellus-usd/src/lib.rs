@@ -49,8 +49,9 @@
 //! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
 //!   expressions are not evaluated.
 //! - Native instances and **PointInstancer**, which share their strands and meshes if [`Options::instances`] is true.
-//! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: skinning of meshes, curves and
-//!   shapes, linear or by dual quaternions, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for their binding.
+//! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: skinning of meshes, curves and shapes,
+//!   linear or by dual quaternions, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for
+//!   their binding.
 //! - Composition, transforms, visibility, purpose, time samples, splines of text layers, velocities and accelerations.
 //! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
 //!   black.

@@ -203,8 +203,8 @@ impl Curve<'_> {
 mod tests {
     use super::*;
 
-    /// A quarter of a circle is a rational curve of degree 2. A cubic piece with the tangents of a curve is within h⁴/384
-    /// of its fourth derivative, which is about 30 here: 2e-5 for h = 1/8.
+    /// A quarter of a circle is a rational curve of degree 2. A cubic piece with the tangents of a curve is
+    /// within h⁴/384 of its fourth derivative, which is about 30 here: 2e-5 for h = 1/8.
     #[test]
     fn rational_curves_are_round() {
         let root = std::f32::consts::FRAC_1_SQRT_2;

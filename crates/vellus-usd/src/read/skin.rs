@@ -230,8 +230,8 @@ mod tests {
         assert!(near(normals[0], [0.0, 1.0, 0.0]) && near(normals[1], [-0.8 / length, 0.3 / length, 0.0]));
     }
 
-    /// Between a joint at rest and one that turns by 90° about z, doubles x and moves by z, a point turns by 45° around its
-    /// joints, has half of the scale and of the shift, and does not come nearer to the axis.
+    /// Between a joint at rest and one that turns by 90° about z, doubles x and moves by z, a point turns by 45°
+    /// around its joints, has half of the scale and of the shift, and does not come nearer to the axis.
     #[test]
     fn dual_quaternions_keep_the_distance() {
         let half = std::f32::consts::FRAC_1_SQRT_2;

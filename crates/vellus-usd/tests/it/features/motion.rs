@@ -168,8 +168,9 @@ def BasisCurves \"c\" {{ uniform token type = \"linear\" float[] widths = [1] (i
 fn motion_blur_is_straight_and_bends_are_named() {
     let read = |points: &str, turn: &str| {
         let body = format!(
-            "def BasisCurves \"b\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2] float[] widths = [1, 1]
-            point3f[] points.timeSamples = {{ {points} }} float xformOp:rotateZ.timeSamples = {{ {turn} }}
+            "def BasisCurves \"b\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2]
+            float[] widths = [1, 1] point3f[] points.timeSamples = {{ {points} }}
+            float xformOp:rotateZ.timeSamples = {{ {turn} }}
             uniform token[] xformOpOrder = [\"xformOp:rotateZ\"] }}
             def Camera \"c\" {{ double shutter:open = -0.5 double shutter:close = 0.5 }}"
         );

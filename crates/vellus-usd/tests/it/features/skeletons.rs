@@ -134,8 +134,8 @@ fn blend_shapes_move_points() {
     let odd = posed.replace("[1] }", "[3] }");
     let (_, warnings) = scene(&rig(&odd));
     assert!(said(&warnings).contains("/rig/m/smile: its offsets do not match"), "{}", said(&warnings));
-    // A shape at the weight 0.4 goes on to the whole one: (0.5 − 0.4) / 0.6 of the way from 1 to 4 is 1.5. One at 0.8 is
-    // reached from the rest: 0.5 / 0.8 of 1 is 0.625. Without a weight, a shape has no effect.
+    // A shape at the weight 0.4 goes on to the whole one: (0.5 − 0.4) / 0.6 of the way from 1 to 4 is 1.5. One at 0.8
+    // is reached from the rest: 0.5 / 0.8 of 1 is 0.625. Without a weight, a shape has no effect.
     for (weight, z) in [("weight = 0.4", 1.5), ("weight = 0.8", 0.625), ("", 2.0)] {
         let shapes = format!("vector3f[] inbetweens:half = [(0, 0, 1)] ( {weight} )\nvector3f[] offsets");
         let (scene, warnings) = scene(&rig(&posed.replace("vector3f[] offsets", &shapes)));

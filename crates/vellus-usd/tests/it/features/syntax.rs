@@ -173,8 +173,8 @@ fn old_binary_layers_are_read() {
     }
 }
 
-/// Binary layers as OpenUSD writes them: empty arrays of strings and files are empty, and splines, which the decoder does
-/// not know, are named.
+/// Binary layers as OpenUSD writes them: empty arrays of strings and files are empty, and splines, which the
+/// decoder does not know, are named.
 #[test]
 fn binary_layers_have_empty_arrays_of_strings_and_named_splines() {
     let Some(mut python) = pixar() else { return };
