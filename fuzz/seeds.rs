@@ -218,7 +218,7 @@ fn scene() -> Scene {
             name: "coat".to_owned(),
             width: 2,
             height: 2,
-            pixels: vec![[0.1, 0.2, 0.3]; 4],
+            pixels: vec![[0.1, 0.2, 0.3]; 4].into(),
             wrap: Default::default(),
         }],
         lights: vec![

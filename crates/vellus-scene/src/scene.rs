@@ -197,8 +197,13 @@ mod tests {
 
     /// Gives κ a texture with a scale in its last channel.
     fn textured(scene: &mut Scene, texture: usize, scale: f32) {
-        let black =
-            || Texture { name: String::new(), width: 1, height: 1, pixels: vec![[0.0; 3]], wrap: Default::default() };
+        let black = || Texture {
+            name: String::new(),
+            width: 1,
+            height: 1,
+            pixels: vec![[0.0; 3]].into(),
+            wrap: Default::default(),
+        };
         scene.textures = (0..1 - texture).map(|_| black()).collect();
         let value = crate::Value { texture, scale: [0.0, 0.0, scale] };
         scene.looks[0].textured.push((crate::Parameter::Kappa, value));

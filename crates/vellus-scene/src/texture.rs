@@ -1,6 +1,7 @@
 //! Images for colours and lights.
 
 use crate::error::{Error, invalid};
+use crate::pixels::Pixels;
 use glam::Vec2;
 
 /// The wrap mode: how an image continues beyond its edges.
@@ -71,7 +72,7 @@ pub struct Texture {
     /// Number of rows.
     pub height: usize,
     /// Linear RGB, row by row from the top. v = 1 is the top edge.
-    pub pixels: Vec<[f32; 3]>,
+    pub pixels: Pixels,
     /// Wrap modes along u and v.
     pub wrap: [Wrap; 2],
 }
@@ -92,7 +93,7 @@ impl Texture {
         let pixel = |dx: i64, dy: i64| {
             let column = across.pixel(x0 as i64 + dx, self.width);
             let row = down.pixel(y0 as i64 + dy, self.height);
-            row.zip(column).map_or([0.0; 3], |(row, column)| self.pixels[row * self.width + column])
+            row.zip(column).map_or([0.0; 3], |(row, column)| self.pixels.get(row * self.width + column))
         };
         let corners = [pixel(0, 0), pixel(1, 0), pixel(0, 1), pixel(1, 1)];
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
@@ -126,18 +127,23 @@ impl Texture {
         if self.width == 0 || self.height == 0 || self.width.checked_mul(self.height) != Some(self.pixels.len()) {
             return Err(invalid(&self.name, "its width and height do not match its number of pixels"));
         }
+        if let Pixels::Bytes { bytes, stride, channels, .. } = &self.pixels
+            && (*stride == 0 || !bytes.len().is_multiple_of(*stride) || channels.iter().any(|c| c >= stride))
+        {
+            return Err(invalid(&self.name, "its channels must be bytes of each pixel"));
+        }
         let is_tiled = self.wrap.map(|wrap| matches!(wrap, Wrap::Tiles(_)));
         let [across, down] = self.tiles();
         let fit = across > 0 && down > 0 && self.width.is_multiple_of(across) && self.height.is_multiple_of(down);
         if is_tiled[0] != is_tiled[1] || !fit {
             return Err(invalid(&self.name, "its tiles must be along both axes, and all have the same size"));
         }
-        match self.pixels.iter().position(|p| p.iter().any(|x| !(x.is_finite() && *x >= 0.0))) {
+        match self.pixels.position(|x| !(x.is_finite() && x >= 0.0)) {
             Some(i) => {
                 let (x, y) = (i % self.width, i / self.width);
                 Err(invalid(
                     &self.name,
-                    format!("pixel ({x}, {y}) is {:?}: it is negative or not finite", self.pixels[i]),
+                    format!("pixel ({x}, {y}) is {:?}: it is negative or not finite", self.pixels.get(i)),
                 ))
             }
             None => Ok(()),
@@ -155,7 +161,7 @@ mod tests {
             name: "test".to_owned(),
             width: 2,
             height: 2,
-            pixels: vec![[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]],
+            pixels: vec![[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]].into(),
             wrap: [Wrap::Repeat; 2],
         };
         let at = |u, v| texture.at(Vec2::new(u, v))[0];
@@ -177,7 +183,7 @@ mod tests {
                 name: "test".to_owned(),
                 width,
                 height: 4 / width,
-                pixels: values.map(|x| [x; 3]).to_vec(),
+                pixels: values.map(|x| [x; 3]).to_vec().into(),
                 wrap: if width == 4 { [wrap, Wrap::Clamp] } else { [Wrap::Clamp, wrap] },
             };
             let (row, column) = (texture(4, [1.0, 2.0, 3.0, 4.0]), texture(1, [4.0, 3.0, 2.0, 1.0]));
@@ -189,7 +195,8 @@ mod tests {
             // Far coordinates are finite too.
             assert!(row.at(Vec2::new(-1e30, 1e30))[0].is_finite());
         }
-        let edge = Texture { name: String::new(), width: 1, height: 1, pixels: vec![[8.0; 3]], wrap: [Wrap::Black; 2] };
+        let edge =
+            Texture { name: String::new(), width: 1, height: 1, pixels: vec![[8.0; 3]].into(), wrap: [Wrap::Black; 2] };
         // At a corner, one of four pixels is in the image.
         assert_eq!(edge.at(Vec2::ONE), [2.0; 3]);
     }
@@ -202,7 +209,7 @@ mod tests {
             name: "skin".to_owned(),
             width: 4,
             height: 2,
-            pixels: values.map(|x: f32| [x; 3]).to_vec(),
+            pixels: values.map(|x: f32| [x; 3]).to_vec().into(),
             wrap: [Wrap::Tiles(2); 2],
         };
         texture.validate().unwrap();

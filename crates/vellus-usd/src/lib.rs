@@ -20,7 +20,8 @@
 //! ```
 //!
 //! # What is read
-//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic, pinned or periodic; **HermiteCurves**.
+//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic, pinned or periodic; **HermiteCurves**
+//!   and **NurbsCurves**.
 //!   Widths (diameters) may have any interpolation. The uv of the roots come from the primvar that the shader names, or
 //!   from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender). `displayColor` colours curves without a material.
 //! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or
@@ -36,7 +37,7 @@
 //!   document (.mtlx): its materials are children of `/MaterialX/Materials`.
 //! - **Mesh** as polygons or as a subdivision surface: Catmull–Clark (the default of USD), Loop or bilinear, with
 //!   creases, corners and holes. It is refined until its edges are short in the picture, then moved to the limit.
-//! - **Sphere**, **Cube**, **Cylinder**, **Cone**, **Capsule** and **Plane**, as meshes.
+//! - **Sphere**, **Cube**, **Cylinder**, **Cone**, **Capsule** and **Plane**, as meshes; **Points** as spheres.
 //! - **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness, metallic, ior), and the
 //!   same of standard_surface (MaterialX, Arnold) and OpenPBR. **Camera**, **DomeLight**, **DistantLight**,
 //!   **RectLight**, **DiskLight**, **SphereLight** and **CylinderLight**. `vellus:lightGroup` names the group of a
@@ -48,9 +49,10 @@
 //! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
 //!   expressions are not evaluated.
 //! - Native instances and **PointInstancer**, which share their strands and meshes if [`Options::instances`] is true.
-//! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: linear blend skinning of meshes, curves and
-//!   shapes, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for their binding.
-//! - Composition, transforms, visibility, purpose, time samples, velocities and accelerations.
+//! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: skinning of meshes, curves and shapes,
+//!   linear or by dual quaternions, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for
+//!   their binding.
+//! - Composition, transforms, visibility, purpose, time samples, splines of text layers, velocities and accelerations.
 //! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
 //!   black.
 //!

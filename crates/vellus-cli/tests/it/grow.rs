@@ -133,7 +133,11 @@ fn maps_and_colours_are_looked_up_at_the_uv() {
         panic!("{:?}", scene.looks)
     };
     let dye = &scene.textures[value.texture];
-    assert!(dye.pixels[0][0] > 0.99 && dye.pixels[0][1] < 0.01 && dye.pixels[1][0] < 0.01, "{:?}", dye.pixels);
+    assert!(
+        dye.pixels.get(0)[0] > 0.99 && dye.pixels.get(0)[1] < 0.01 && dye.pixels.get(1)[0] < 0.01,
+        "{:?}",
+        dye.pixels
+    );
     assert!(scene.surfaces[0].color.texture.is_some());
 
     run(path, &[&args[..], &["--length-map", "length.png", "--length", "0.5"]].concat());

@@ -282,7 +282,7 @@ impl Scene {
                 )));
             };
             let name = if name.is_empty() { "image" } else { name }.to_owned();
-            Texture { name, width, height, pixels: image.values.as_chunks::<3>().0.to_vec(), wrap }
+            Texture { name, width, height, pixels: image.values.as_chunks::<3>().0.to_vec().into(), wrap }
         };
         texture.validate().map_err(value)?;
         let mut state = self.lock();

@@ -33,7 +33,7 @@ mod tests {
     #[test]
     fn an_image_covers_the_picture() {
         // Four pixels in a row: a picture of 2 by 1 shows the middle half of an image of 4 by 1.
-        let pixels = [1.0, 2.0, 3.0, 4.0].map(|x| [x; 3]).to_vec();
+        let pixels = [1.0, 2.0, 3.0, 4.0].map(|x| [x; 3]).to_vec().into();
         let image = Texture { name: String::new(), width: 4, height: 1, pixels, wrap: [Wrap::Clamp; 2] };
         let background = Background { tint: Tint { color: [2.0, 1.0, 0.0], texture: Some(0) }, group: 0 };
         let at = |size, u| background.at(std::slice::from_ref(&image), size, Vec2::new(u, 0.5));

@@ -43,12 +43,12 @@ impl Map {
             let row = |y: usize| f64::from(band(y, h)) * (0..w).map(|x| f64::from(value(x, y))).sum::<f64>();
             ((0..h).map(row).sum::<f64>() / (2.0 * w as f64)) as f32
         };
-        let mean = average(&|x, y| brightness(texture.pixels[y * w + x]));
+        let mean = average(&|x, y| brightness(texture.pixels.get(y * w + x)));
         let bright = |x: usize, y: usize| {
             let mut most = 0.0f32;
             for row in y.saturating_sub(1)..=(y + 1).min(h - 1) {
                 for dx in [w - 1, 0, 1] {
-                    most = most.max(brightness(texture.pixels[row * w + (x + dx) % w]));
+                    most = most.max(brightness(texture.pixels.get(row * w + (x + dx) % w)));
                 }
             }
             (most - mean).max(0.0)

@@ -32,7 +32,7 @@ fn image(packed: &mut PackedScene, texture: &Texture) -> u32 {
     let first = packed.data.len() as u32 + 1;
     // A sky repeats from left to right. A lamp is only looked up inside of its image.
     let row = packed.row([texture.width as u32, texture.height as u32, first, 1 << 16]);
-    packed.data.extend(texture.pixels.iter().map(|&pixel| rgb(pixel, 0.0).map(f32::to_bits)));
+    packed.data.extend(texture.pixels.iter().map(|pixel| rgb(pixel, 0.0).map(f32::to_bits)));
     row
 }
 

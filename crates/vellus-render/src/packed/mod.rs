@@ -165,7 +165,7 @@ impl World {
             });
             let first = packed.data.len() as u32;
             packed.data[begin + k] = [texture.width as u32, texture.height as u32, first, wrap[0] | wrap[1] << 16];
-            packed.data.extend(texture.pixels.iter().map(|&pixel| rgb(pixel, 0.0).map(f32::to_bits)));
+            packed.data.extend(texture.pixels.iter().map(|pixel| rgb(pixel, 0.0).map(f32::to_bits)));
         }
         begin as u32
     }

@@ -120,8 +120,13 @@ fn a_fiber_in_white_light_shows_its_models_albedo() {
 /// A scene with a texture of one pixel for β_m.
 fn textured(pixel: f32, scale: f32) -> Scene {
     let mut scene = scene(false);
-    scene.textures =
-        vec![Texture { name: String::new(), width: 1, height: 1, pixels: vec![[pixel; 3]], wrap: Default::default() }];
+    scene.textures = vec![Texture {
+        name: String::new(),
+        width: 1,
+        height: 1,
+        pixels: vec![[pixel; 3]].into(),
+        wrap: Default::default(),
+    }];
     scene.looks[0].textured = vec![(Parameter::BetaM, Value { texture: 0, scale: [scale; 3] })];
     scene
 }

@@ -41,7 +41,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, Invalid> {
         .from_buffered(Cursor::new(bytes))
         .map_err(told)?;
     let (width, pixels) = image.layer_data.channel_data.pixels;
-    Ok(Pixels { width, height: pixels.len() / width.max(1), rgb: pixels })
+    Ok(Pixels { width, height: pixels.len() / width.max(1), rgb: pixels.into() })
 }
 
 fn told(error: Error) -> Invalid {
@@ -100,7 +100,7 @@ fn choose(meta: &MetaData) -> Result<Chosen, Invalid> {
 /// Encodes a texture with 32-bit floats, without loss.
 pub(crate) fn encode(texture: &Texture) -> Result<Vec<u8>, Invalid> {
     let pixel = |at: exr::math::Vec2<usize>| {
-        let [r, g, b] = texture.pixels[at.y() * texture.width + at.x()];
+        let [r, g, b] = texture.pixels.get(at.y() * texture.width + at.x());
         (r, g, b)
     };
     let mut bytes = Cursor::new(Vec::new());
@@ -127,12 +127,12 @@ mod tests {
     }
 
     fn first(channels: &[&str]) -> [f32; 3] {
-        decode(&image(channels)).unwrap().rgb[0]
+        decode(&image(channels)).unwrap().rgb.get(0)
     }
 
     #[test]
     fn luminance_and_the_only_channel_are_grey() {
-        let pixels = Pixels { width: 2, height: 1, rgb: vec![[1.0; 3], [-1.0; 3]] };
+        let pixels = Pixels { width: 2, height: 1, rgb: vec![[1.0; 3], [-1.0; 3]].into() };
         for channels in [&["Y"][..], &["R"], &["Y", "A"], &["R", "A"], &["density"], &["mask.X"], &["Y", "id", "Z"]] {
             assert_eq!(decode(&image(channels)).unwrap(), pixels, "{channels:?}");
         }

@@ -20,7 +20,7 @@ use crate::guard::catch;
 use crate::warning::Warning;
 use pixels::Pixels;
 use std::path::Path;
-use vellus_scene::{Texture, Wrap};
+use vellus_scene::{self as scene, Texture, Wrap};
 
 /// The largest image file, in bytes: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
@@ -31,11 +31,8 @@ const MEMORY: u64 = 2 << 30;
 /// How many bytes of memory a byte of an image file earns. Pictures have less than that, only flat ones have more.
 const EARNED: u64 = 64;
 
-/// The size of a pixel in memory.
-const PIXEL: u64 = 12;
-
 /// What a light adds to each pixel of its image: a copy, and two numbers of its tables.
-const LIT: u64 = PIXEL + 8;
+const LIT: u64 = 12 + 8;
 
 /// The memory that all images of a scene use, and how much they may use.
 #[derive(Debug, Default)]
@@ -48,16 +45,16 @@ impl Budget {
     /// Counts an image that was read from a file of this size.
     pub fn image(&mut self, texture: &Texture, file_bytes: usize) -> Result<(), Invalid> {
         self.earned = self.earned.saturating_add(EARNED * file_bytes as u64);
-        self.take(texture, PIXEL)
+        self.take(texture, texture.pixels.size() as u64)
     }
 
     /// Counts what a light adds to its image.
     pub fn light(&mut self, texture: &Texture) -> Result<(), Invalid> {
-        self.take(texture, LIT)
+        self.take(texture, LIT * texture.pixels.len() as u64)
     }
 
     fn take(&mut self, texture: &Texture, bytes: u64) -> Result<(), Invalid> {
-        self.used = self.used.saturating_add(bytes * texture.pixels.len() as u64);
+        self.used = self.used.saturating_add(bytes);
         if self.used <= MEMORY + self.earned {
             return Ok(());
         }
@@ -157,10 +154,13 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
     .map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
     let mut negative = 0;
-    for pixel in &mut pixels {
-        if pixel.iter().any(|x| *x < 0.0 && x.is_finite()) {
-            negative += 1;
-            *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
+    // Bytes stand for no negative values.
+    if let scene::Pixels::Colors(colors) = &mut pixels {
+        for pixel in colors {
+            if pixel.iter().any(|x| *x < 0.0 && x.is_finite()) {
+                negative += 1;
+                *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
+            }
         }
     }
     let negative = (negative > 0).then(|| format!("has {negative} pixels with negative values: these become 0"));
@@ -181,7 +181,7 @@ fn converted(mut pixels: Pixels, encoding: Encoding) -> Pixels {
         && space != ColorSpace::LINEAR
     {
         let convert = space.converter();
-        pixels.rgb.iter_mut().for_each(|pixel| *pixel = convert(pixel.map(f64::from)).map(|x| x as f32));
+        pixels.rgb.map(|pixel| convert(pixel.map(f64::from)).map(|x| x as f32));
     }
     pixels
 }
@@ -221,12 +221,12 @@ mod tests {
         let read = |bytes: &[u8], encoding| decode(Path::new("a/b.png"), bytes, encoding).unwrap().texture;
         let texture = read(&rgb, Encoding::Auto);
         assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
-        assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
-        assert_eq!(read(&rgb, Encoding::Space(ColorSpace::LINEAR)).pixels[0][1], 128.0 / 255.0);
+        assert!((texture.pixels.get(0)[1] - 0.215_860_5).abs() < 1e-6 && texture.pixels.get(0)[2] == 1.0);
+        assert_eq!(read(&rgb, Encoding::Space(ColorSpace::LINEAR)).pixels.get(0)[1], 128.0 / 255.0);
         let grey = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[51, 102]);
-        assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
+        assert_eq!(read(&grey, Encoding::Auto).pixels, vec![[0.2; 3], [0.4; 3]].into());
         let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
-        assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+        assert_eq!(read(&deep, Encoding::Auto).pixels, vec![[32768.0 / 65535.0; 3], [1.0; 3]].into());
     }
 
     /// Brown and blue, quantised: a channel is within 2 of the value that was encoded.
@@ -238,12 +238,12 @@ mod tests {
             for (x, color) in [(3, [200.0, 100.0, 50.0]), (12, [20.0, 40.0, 220.0])] {
                 for c in 0..3 {
                     let [low, high] = [-2.0, 2.0].map(|d| ColorSpace::SRGB.decode((color[c] + d) / 255.0) as f32);
-                    assert!((low..=high).contains(&texture.pixels[3 * 16 + x][c]), "{x} {c}: {texture:?}");
+                    assert!((low..=high).contains(&texture.pixels.get(3 * 16 + x)[c]), "{x} {c}: {texture:?}");
                 }
             }
         }
         let grey = decode(Path::new("a.jpg"), GREY_JPEG, Encoding::Auto).unwrap().texture;
-        assert_eq!((grey.width, grey.height, &grey.pixels[..]), (8, 8, &[[0.2; 3]; 64][..]));
+        assert_eq!((grey.width, grey.height, grey.pixels), (8, 8, vec![[0.2; 3]; 64].into()));
     }
 
     #[test]
@@ -257,7 +257,9 @@ mod tests {
     #[test]
     fn tiff_has_grey_or_colour_in_whole_numbers_or_floats() {
         use ::tiff::encoder::colortype as kind;
-        let read = |bytes: &[u8]| decode(Path::new("a.tif"), bytes, Encoding::Auto).unwrap().texture.pixels;
+        let read = |bytes: &[u8]| -> Vec<[f32; 3]> {
+            decode(Path::new("a.tif"), bytes, Encoding::Auto).unwrap().texture.pixels.iter().collect()
+        };
         assert_eq!(read(&tiff::<kind::Gray8>(&[51, 102])), [[0.2; 3], [0.4; 3]]);
         assert_eq!(read(&tiff::<kind::Gray16>(&[0, 13107])), [[0.0; 3], [0.2; 3]]);
         assert_eq!(read(&tiff::<kind::Gray32>(&[0, u32::MAX])), [[0.0; 3], [1.0; 3]]);
@@ -268,7 +270,7 @@ mod tests {
         let floats = [0.0, 1e-30, 3e38, 0.1, 0.2, 0.3];
         assert_eq!(read(&tiff::<kind::RGB32Float>(&floats)), [[0.0, 1e-30, 3e38], [0.1, 0.2, 0.3]]);
         let negative = decode(Path::new("a.tif"), &tiff::<kind::Gray32Float>(&[-1.0, 1.0]), Encoding::Auto).unwrap();
-        assert_eq!((negative.texture.pixels[0], negative.warning.is_some()), ([0.0; 3], true));
+        assert_eq!((negative.texture.pixels.get(0), negative.warning.is_some()), ([0.0; 3], true));
         let other = decode(Path::new("a.tif"), &tiff::<kind::CMYK8>(&[0; 8]), Encoding::Auto).unwrap_err().to_string();
         assert!(other.contains("CMYK(8)") && other.contains("grey or RGB"), "{other}");
     }
@@ -287,7 +289,7 @@ mod tests {
             encoder.write_header().unwrap().write_image_data(&[0x80, 0x80, 0, 0, 0xff, 0xff]).unwrap();
             bytes
         };
-        let read = |bytes: &[u8], encoding| decode(Path::new("b.png"), bytes, encoding).unwrap().texture.pixels[0];
+        let read = |bytes: &[u8], encoding| decode(Path::new("b.png"), bytes, encoding).unwrap().texture.pixels.get(0);
         let srgb = Encoding::Space(ColorSpace::SRGB);
         for pixel in [read(&encode(true), Encoding::Auto), read(&encode(false), srgb)] {
             assert!((pixel[0] - 0.215_860_5).abs() < 1e-6 && pixel[1..] == [0.0, 1.0], "{pixel:?}");
@@ -302,7 +304,13 @@ mod tests {
     fn images_of_a_scene_have_a_budget() {
         let texture = |pixels: usize| {
             let pixels = vec![[0.0; 3]; pixels];
-            Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] }
+            Texture {
+                name: String::new(),
+                width: pixels.len(),
+                height: 1,
+                pixels: pixels.into(),
+                wrap: [Wrap::Repeat; 2],
+            }
         };
         // 2²⁰ pixels have 12 MiB, and 20 MiB more for each light.
         let image = texture(1 << 20);
@@ -320,7 +328,7 @@ mod tests {
 
     #[test]
     fn exr_keeps_every_bit() {
-        let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]];
+        let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]].into();
         let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels, wrap: [Wrap::Repeat; 2] };
         let read = decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap();
         assert_eq!(read, Image { texture, warning: None });
@@ -329,12 +337,17 @@ mod tests {
     #[test]
     fn negative_pixels_become_black_and_are_counted() {
         let image = |pixels: Vec<[f32; 3]>| {
-            let texture =
-                Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] };
+            let texture = Texture {
+                name: String::new(),
+                width: pixels.len(),
+                height: 1,
+                pixels: pixels.into(),
+                wrap: [Wrap::Repeat; 2],
+            };
             decode(Path::new("a.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto)
         };
         let read = image(vec![[1.0, -0.01, 2.0], [0.5; 3], [-1.0; 3]]).unwrap();
-        assert_eq!(read.texture.pixels, [[1.0, 0.0, 2.0], [0.5; 3], [0.0; 3]]);
+        assert_eq!(read.texture.pixels, vec![[1.0, 0.0, 2.0], [0.5; 3], [0.0; 3]].into());
         assert!(read.warning.unwrap().contains("a.exr has 2 pixels"));
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert!(image(vec![[bad, -1.0, 0.0]]).unwrap_err().to_string().contains("not finite"), "{bad}");
@@ -363,7 +376,7 @@ mod tests {
                 name: String::new(),
                 width: 4,
                 height: 4,
-                pixels: vec![[1.0; 3]; 16],
+                pixels: vec![[1.0; 3]; 16].into(),
                 wrap: [Wrap::Repeat; 2],
             })
             .unwrap(),

@@ -1,8 +1,9 @@
 //! Decoded pixels, and the limit of their number.
 
 use crate::error::Invalid;
+use vellus_scene as scene;
 
-/// The largest number of pixels. A pixel has 12 bytes, and decoding needs up to twice the memory of the pixels.
+/// The largest number of pixels. A pixel has 12 bytes at most, and decoding needs up to twice the memory of the pixels.
 pub(super) const MAX_PIXELS: usize = 1 << 27;
 
 /// A decoded image.
@@ -13,7 +14,7 @@ pub(crate) struct Pixels {
     /// Number of rows.
     pub height: usize,
     /// Linear RGB, row by row from the top.
-    pub rgb: Vec<[f32; 3]>,
+    pub rgb: scene::Pixels,
 }
 
 /// Checks the size in a header before memory is allocated for it. Returns the number of pixels.

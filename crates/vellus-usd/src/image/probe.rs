@@ -20,7 +20,8 @@ impl Probe {
         let probe = Texture { wrap: [Wrap::Clamp; 2], ..probe.clone() };
         let height = (probe.pixels.len() as f64 / 2.0).sqrt().ceil() as usize;
         let width = 2 * height;
-        let mut sky = Texture { name: probe.name.clone(), width, height, pixels: Vec::new(), wrap: [Wrap::Repeat; 2] };
+        let mut sky =
+            Texture { name: probe.name.clone(), width, height, pixels: Vec::new().into(), wrap: [Wrap::Repeat; 2] };
         sky.pixels = (0..width * height)
             .map(|i| {
                 let uv = sky.uv(i % width, i / width).as_dvec2() - 0.5;

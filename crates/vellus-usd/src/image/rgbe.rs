@@ -66,7 +66,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, Invalid> {
             [r, g, b].map(|x| (f64::from(x) * scale) as f32)
         }));
     }
-    Ok(Pixels { width, height, rgb: pixels })
+    Ok(Pixels { width, height, rgb: pixels.into() })
 }
 
 fn shown(text: &str) -> String {
@@ -142,7 +142,7 @@ mod tests {
     fn plain_and_both_run_length_schemes_agree() {
         // 128/256 · 2^(129 − 128) = 1.
         let plain = [HEADER.as_bytes(), b"-Y 1 +X 8\n", &[128, 64, 0, 129].repeat(8)].concat();
-        let expected = Pixels { width: 8, height: 1, rgb: vec![[1.0, 0.5, 0.0]; 8] };
+        let expected = Pixels { width: 8, height: 1, rgb: vec![[1.0, 0.5, 0.0]; 8].into() };
         assert_eq!(decode(&plain).unwrap(), expected);
         let old = [HEADER.as_bytes(), b"-Y 1 +X 8\n", &[128, 64, 0, 129, 1, 1, 1, 7]].concat();
         assert_eq!(decode(&old).unwrap(), expected);
@@ -150,7 +150,7 @@ mod tests {
         let packed = [HEADER.as_bytes(), b"-Y 1 +X 8\n", &runs].concat();
         assert_eq!(decode(&packed).unwrap(), expected);
         let brighter = decode(&[b"#?RADIANCE\nEXPOSURE=0.5\n\n-Y 1 +X 1\n".as_slice(), &[128, 64, 0, 129]].concat());
-        assert_eq!(brighter.unwrap().rgb, [[2.0, 1.0, 0.0]]);
+        assert_eq!(brighter.unwrap().rgb.get(0), [2.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -4,6 +4,8 @@ use super::Encoding;
 use super::pixels::Pixels;
 use crate::color::ColorSpace;
 use glam::DVec3;
+use std::sync::Arc;
+use vellus_scene as scene;
 
 /// The samples of an image, row by row from the top.
 pub(crate) struct Samples {
@@ -46,17 +48,22 @@ impl Samples {
             Encoding::Auto if is_srgb => ColorSpace::SRGB,
             Encoding::Auto => ColorSpace::LINEAR,
         };
-        let table = |most: u32| -> Vec<f32> {
-            (0..=most).map(|i| space.decode(f64::from(i) / f64::from(most)) as f32).collect()
-        };
+        let entry = |i: usize, most: u32| space.decode(i as f64 / f64::from(most)) as f32;
         let size = (width * height, channels, is_color);
         let rgb = match values {
-            Values::Eight(data) => {
-                let table = table(u8::MAX.into());
-                gather(&data, size, |x| table[usize::from(x)])
+            Values::Eight(mut data) => {
+                data.truncate(width * height * channels);
+                let table = std::array::from_fn(|i| entry(i, u8::MAX.into()));
+                let all = if is_color { [0, 1, 2] } else { [0; 3] };
+                scene::Pixels::Bytes {
+                    bytes: data.into(),
+                    stride: channels,
+                    channels: all,
+                    tables: Arc::new([table; 3]),
+                }
             }
             Values::Sixteen(data) => {
-                let table = table(u16::MAX.into());
+                let table: Vec<f32> = (0..=usize::from(u16::MAX)).map(|i| entry(i, u16::MAX.into())).collect();
                 gather(&data, size, |x| table[usize::from(x)])
             }
             Values::Float(data) if space == ColorSpace::LINEAR => gather(&data, size, |x| x),
@@ -65,7 +72,7 @@ impl Samples {
         let mut pixels = Pixels { width, height, rgb };
         if let Some(matrix) = space.to_rec709() {
             let convert = |pixel: [f32; 3]| (matrix * DVec3::from(pixel.map(f64::from))).as_vec3().into();
-            pixels.rgb.iter_mut().for_each(|pixel| *pixel = convert(*pixel));
+            pixels.rgb.map(convert);
         }
         pixels
     }
@@ -76,7 +83,7 @@ fn gather<T: Copy>(
     data: &[T],
     (count, channels, is_color): (usize, usize, bool),
     value: impl Fn(T) -> f32,
-) -> Vec<[f32; 3]> {
+) -> scene::Pixels {
     let pixels = data.chunks_exact(channels).take(count);
     if is_color {
         pixels.map(|pixel| [value(pixel[0]), value(pixel[1]), value(pixel[2])]).collect()

@@ -48,7 +48,7 @@ pub(crate) fn shrink(tile: &mut Texture, numbers: &[usize]) -> bool {
 /// Halves both sides. A pixel becomes the mean of four.
 fn halve(image: &mut Texture) {
     let (width, height) = (image.width.div_ceil(2), image.height.div_ceil(2));
-    let pixel = |x: usize, y: usize| image.pixels[y.min(image.height - 1) * image.width + x.min(image.width - 1)];
+    let pixel = |x: usize, y: usize| image.pixels.get(y.min(image.height - 1) * image.width + x.min(image.width - 1));
     let mean = |x: usize, y: usize| {
         let four = [pixel(2 * x, 2 * y), pixel(2 * x + 1, 2 * y), pixel(2 * x, 2 * y + 1), pixel(2 * x + 1, 2 * y + 1)];
         std::array::from_fn(|c| 0.25 * four.iter().map(|pixel| pixel[c]).sum::<f32>())
@@ -63,29 +63,26 @@ pub(crate) fn join(name: String, tiles: Vec<(usize, Texture)>) -> Texture {
     let [columns, rows] = extent(&numbers);
     let largest = |side: fn(&Texture) -> usize| tiles.iter().map(|(_, tile)| side(tile)).max().unwrap_or(1);
     let (width, height) = (largest(|tile| tile.width), largest(|tile| tile.height));
-    let mut image = Texture {
-        name,
-        width: columns * width,
-        height: rows * height,
-        pixels: vec![MISSING; columns * width * rows * height],
-        wrap: [Wrap::Tiles(columns as u16), Wrap::Tiles(rows as u16)],
-    };
+    let mut pixels = vec![MISSING; columns * width * rows * height];
     for (number, tile) in tiles {
         let [u, v] = place(number);
         let tile = Texture { wrap: [Wrap::Clamp; 2], ..tile };
         let fits = (tile.width, tile.height) == (width, height);
-        let grid = Texture { name: String::new(), width, height, pixels: Vec::new(), wrap: tile.wrap };
+        let grid = Texture { name: String::new(), width, height, pixels: Vec::new().into(), wrap: tile.wrap };
         for y in 0..height {
-            let first = ((rows - 1 - v) * height + y) * image.width + u * width;
-            let row = &mut image.pixels[first..first + width];
-            if fits {
-                row.copy_from_slice(&tile.pixels[y * width..(y + 1) * width]);
-            } else {
-                row.iter_mut().enumerate().for_each(|(x, pixel)| *pixel = tile.at(grid.uv(x, y)));
+            let first = ((rows - 1 - v) * height + y) * columns * width + u * width;
+            for (x, pixel) in pixels[first..first + width].iter_mut().enumerate() {
+                *pixel = if fits { tile.pixels.get(y * width + x) } else { tile.at(grid.uv(x, y)) };
             }
         }
     }
-    image
+    Texture {
+        name,
+        width: columns * width,
+        height: rows * height,
+        pixels: pixels.into(),
+        wrap: [Wrap::Tiles(columns as u16), Wrap::Tiles(rows as u16)],
+    }
 }
 
 /// The tiles of an image, with their numbers. An image that has no tiles is its only one.
@@ -96,9 +93,9 @@ pub(crate) fn split(image: &Texture) -> impl Iterator<Item = (usize, Texture)> {
         let (u, v) = (i % columns, i / columns);
         let row = |y: usize| {
             let first = ((rows - 1 - v) * height + y) * image.width + u * width;
-            &image.pixels[first..first + width]
+            (first..first + width).map(|i| image.pixels.get(i))
         };
-        let pixels = (0..height).flat_map(row).copied().collect();
+        let pixels = (0..height).flat_map(row).collect();
         let tile = Texture { name: image.name.clone(), width, height, pixels, wrap: [Wrap::Clamp; 2] };
         (TILES.start + u + COLUMNS * v, tile)
     })
@@ -110,7 +107,7 @@ mod tests {
     use glam::Vec2;
 
     fn tile(width: usize, height: usize, red: f32) -> Texture {
-        let pixels = vec![[red, 0.0, 0.0]; width * height];
+        let pixels = vec![[red, 0.0, 0.0]; width * height].into();
         Texture { name: String::new(), width, height, pixels, wrap: [Wrap::Repeat; 2] }
     }
 
@@ -131,13 +128,13 @@ mod tests {
     #[test]
     fn many_large_tiles_are_halved() {
         let mut small = tile(3, 1, 2.0);
-        small.pixels[2] = [6.0, 0.0, 0.0];
+        small.pixels = vec![[2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [6.0, 0.0, 0.0]].into();
         assert!(!shrink(&mut small, &[1001, 1100]));
         halve(&mut small);
-        assert_eq!((small.width, small.height, small.pixels[1]), (2, 1, [6.0, 0.0, 0.0]));
+        assert_eq!((small.width, small.height, small.pixels.get(1)), (2, 1, [6.0, 0.0, 0.0]));
         // A hundred times 2 · 10⁶ pixels are more than 2²⁷.
         let mut large = tile(2000, 1000, 0.5);
         assert!(shrink(&mut large, &[1001, 1100]));
-        assert_eq!((large.width, large.height, large.pixels[0]), (1000, 500, [0.5, 0.0, 0.0]));
+        assert_eq!((large.width, large.height, large.pixels.get(0)), (1000, 500, [0.5, 0.0, 0.0]));
     }
 }

@@ -8,7 +8,7 @@ use crate::read::prim::Prim;
 use crate::read::skeleton::Skeletons;
 use crate::stage::Stage;
 use crate::warning::{Fault, Warnings};
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::PathBuf;
 use vellus_scene::{Camera, Parameter, Scene, Texture, Units, Wrap};
 
@@ -37,6 +37,9 @@ pub(crate) struct TextureSource {
     pub uv: Option<String>,
 }
 
+/// The memory for images that other shaders may read again, in bytes: 128 MiB.
+const DECODED: usize = 1 << 27;
+
 /// The state of reading a stage.
 pub(crate) struct Reader<'a> {
     pub stage: &'a Stage,
@@ -61,10 +64,14 @@ pub(crate) struct Reader<'a> {
     pub skeletons: Skeletons,
     /// The camera of the picture, if it is known, where meshes are read in world space.
     pub eye: Option<Camera>,
+    /// The diagonal of the meshes of a stage without a camera, or 0.
+    pub stage_size: f64,
     /// The number of meshes of the stage.
     pub meshes: usize,
     /// The number of faces of subdivision surfaces.
     pub refined: usize,
+    /// The number of instancers around what is read.
+    pub nested: usize,
     /// The number of points of copied instances.
     pub copied: usize,
     /// Whether what is ignored or replaced is an error, because the user named this part of the file.
@@ -72,6 +79,8 @@ pub(crate) struct Reader<'a> {
     /// Prims that are not read to the end. A warning says why, so that their properties are not in the ledger.
     pub left_out: HashSet<String>,
     textures: HashMap<TextureSource, usize>,
+    /// The images that were decoded last, with the sizes of their files.
+    decoded: VecDeque<(String, Encoding, Texture, usize)>,
     /// The names of the texture coordinates that textures are looked up at, by the index of the texture.
     pub uv_sets: HashMap<usize, String>,
     /// The memory of all images.
@@ -95,13 +104,16 @@ impl<'a> Reader<'a> {
             local_scale: 1.0,
             skeletons: Skeletons::default(),
             eye: None,
+            stage_size: 0.0,
             meshes: 0,
             refined: 0,
+            nested: 0,
             copied: 0,
             is_named: false,
             uv_sets: HashMap::new(),
             left_out: HashSet::new(),
             textures: HashMap::new(),
+            decoded: VecDeque::new(),
             images: Budget::default(),
         }
     }
@@ -197,18 +209,26 @@ impl<'a> Reader<'a> {
         };
         self.images.image(&texture, size).map_err(|what| Error::file(&name, what))?;
         if let Some(channel) = *channel {
-            texture.pixels.iter_mut().for_each(|pixel| *pixel = [pixel[channel]; 3]);
+            texture.pixels.spread(channel);
         }
         Ok(texture)
     }
 
     /// Loads a file, and returns its size in bytes too.
     fn load_image(&mut self, prim: &str, file: &str, encoding: Encoding) -> Result<(Texture, usize), Error> {
+        let known = self.decoded.iter().find(|known| known.0 == file && known.1 == encoding);
+        if let Some((_, _, texture, size)) = known {
+            return Ok((texture.clone(), *size));
+        }
         let bytes = self.stage.asset_bytes(file)?;
         let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
         let Image { texture, warning } = image::decode(&name, &bytes, encoding)?;
         if let Some(what) = warning {
             self.warnings.add(prim, what);
+        }
+        self.decoded.push_back((file.to_owned(), encoding, texture.clone(), bytes.len()));
+        while self.decoded.iter().map(|known| known.2.pixels.size()).sum::<usize>() > DECODED {
+            self.decoded.pop_front();
         }
         Ok((texture, bytes.len()))
     }

@@ -1,10 +1,11 @@
-//! Reads strands (UsdGeomBasisCurves).
+//! Reads strands (UsdGeomCurves).
 
 use crate::error::Error;
 use crate::read::context::{BoundLook, Reader};
 use crate::read::layout::{Ends, Layout};
 use crate::read::look::{FALLBACK_LOOK, SHADER, channels, look};
 use crate::read::motion::{Points, points};
+use crate::read::nurbs::Nurbs;
 use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::read::xform::{Place, mean_scale};
 use crate::stage::{Stage, When};
@@ -21,7 +22,10 @@ const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_c
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let is_hermite = place.type_name == "HermiteCurves";
-    let Some((basis, ends)) = (if is_hermite { Some((Basis::Bezier, Ends::Open)) } else { kind(reader, prim)? }) else {
+    let is_nurbs = place.type_name == "NurbsCurves";
+    let Some((basis, ends)) =
+        (if is_hermite || is_nurbs { Some((Basis::Bezier, Ends::Open)) } else { kind(reader, prim)? })
+    else {
         return Ok(());
     };
     if place.to_world.determinant() == 0.0 || place.moved.determinant() == 0.0 {
@@ -40,7 +44,14 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         open = handles(reader.stage, prim, &counts, &open, base)?;
         counts.iter_mut().for_each(|count| *count = (3 * *count - 2).max(0));
     }
-    let layout = Layout { at_knots: is_hermite, ..Layout::new(prim, basis, ends, &counts, open.len())? };
+    let mut nurbs = None;
+    if is_nurbs {
+        let found = Nurbs::read(reader.stage, prim, &counts, open.len(), base)?;
+        (open, close, counts) = (found.points(&open), close.map(|close| found.points(&close)), found.counts());
+        nurbs = Some(found);
+    }
+    let layout =
+        Layout { at_knots: is_hermite || is_nurbs, nurbs, ..Layout::new(prim, basis, ends, &counts, open.len())? };
     if layout.counts.is_empty() {
         reader.warnings.add(prim, "it has no curves");
         return Ok(());

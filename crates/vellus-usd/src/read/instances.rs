@@ -7,13 +7,19 @@ use crate::read::prim::Prim;
 use crate::read::primvar::ancestors;
 use crate::read::shapes::{self, SHAPES};
 use crate::read::xform::{Place, mean_scale, places};
-use crate::read::{curves, link, mesh};
+use crate::read::{CURVES, curves, link, mesh, spheres};
 use glam::{DMat4, DQuat, DVec3};
 use std::collections::HashMap;
 use vellus_scene::{Instance, MAX_COPIED, Prototype};
 
 /// What makes instances move while the shutter is open.
 const MOTION: [&str; 3] = ["velocities", "angularVelocities", "accelerations"];
+
+/// The prototypes that were read, by their paths.
+pub(crate) type Known = HashMap<String, Option<usize>>;
+
+/// The deepest nesting of instancers.
+const MOST_NESTED: usize = 8;
 
 /// The largest number of instances of a stage.
 const MAX_INSTANCES: usize = 1 << 24;
@@ -81,25 +87,48 @@ pub(crate) fn prototype<'p>(
     name: &str,
     places: impl Iterator<Item = &'p Place>,
     to_local: [DMat4; 2],
+    (all, known): (&[Place], &mut Known),
 ) -> Result<Option<usize>, Error> {
     let (first_set, first_mesh) = (reader.scene.strands.len(), reader.scene.meshes.len());
-    reader.local_scale = mean_scale(&to_local[0]).0;
+    let around = std::mem::replace(&mut reader.local_scale, mean_scale(&to_local[0]).0);
     let eye = reader.eye.take();
+    // The path of the PointInstancer inside, whose prototypes are not drawn by themselves.
+    let mut inner: Option<&str> = None;
     for place in places.filter(|place| place.shown) {
+        inner = inner.filter(|path| is_below(&place.path, path));
+        if inner.is_some() {
+            continue;
+        }
         let [open, close] = to_local;
         let mut local = place.clone();
         (local.to_world, local.moved) = (open * place.to_world, close * place.moved);
         match place.type_name.as_str() {
-            "BasisCurves" | "HermiteCurves" => reader.attempt(&place.path, |reader| curves::read(reader, &local))?,
+            kind if CURVES.contains(&kind) => reader.attempt(&place.path, |reader| curves::read(reader, &local))?,
             "Mesh" => reader.attempt(&place.path, |reader| mesh::read(reader, &local))?,
             shape if SHAPES.contains(&shape) => reader.attempt(&place.path, |reader| shapes::read(reader, &local))?,
-            "PointInstancer" => {
-                reader.warnings.add(&place.path, "a PointInstancer inside an instance is not supported and is ignored");
+            // Instances have no instances: these are copied.
+            nested @ ("PointInstancer" | "Points") => {
+                let first = reader.scene.instances.len();
+                reader.nested += 1;
+                let read = reader.attempt(&place.path, |reader| match nested {
+                    "Points" => spheres::read(reader, &local),
+                    _ if reader.nested > MOST_NESTED => {
+                        let what = format!("more than {MOST_NESTED} instancers are inside each other");
+                        Err(Error::prim(&place.path, what))
+                    }
+                    _ => point_instancer(reader, &local, all, known),
+                });
+                reader.nested -= 1;
+                read?;
+                inner = (nested == "PointInstancer").then_some(&place.path);
+                for instance in reader.scene.instances.split_off(first) {
+                    copy(reader, &place.path, &instance)?;
+                }
             }
             _ => {}
         }
     }
-    reader.local_scale = 1.0;
+    reader.local_scale = around;
     reader.eye = eye;
     let strands = reader.scene.strands.split_off(first_set);
     let meshes = reader.scene.meshes.split_off(first_mesh);
@@ -159,7 +188,7 @@ pub(crate) fn point_instancer(
     reader: &mut Reader,
     instancer: &Place,
     all: &[Place],
-    known: &mut HashMap<String, Option<usize>>,
+    known: &mut Known,
 ) -> Result<(), Error> {
     let prim = reader.prim(&instancer.path)?;
     let mut prototypes = Vec::new();
@@ -176,7 +205,7 @@ pub(crate) fn point_instancer(
             if !to_local[0].is_finite() {
                 return Err(Error::prim(parent, "its transform flattens a prototype: no scale may be 0"));
             }
-            let read = prototype(reader, &target, inside.into_iter(), to_local)?;
+            let read = prototype(reader, &target, inside.into_iter(), to_local, (all, known))?;
             if read.is_none() {
                 reader.warnings.add(&target, "the prototype has no strands and meshes that are shown and can be read");
             }

@@ -1,6 +1,7 @@
 //! Converts the points of a BasisCurves prim to strands: bases, pinned ends, and values between points.
 
 use crate::error::Error;
+use crate::read::nurbs::Nurbs;
 use crate::read::primvar::{Interpolation, Primvar};
 use vellus_scene::{Basis, Values};
 
@@ -24,6 +25,8 @@ pub(crate) struct Layout {
     pub ends: Ends,
     /// Whether the values of points belong to knots, as for Hermite curves, whose handles come from tangents.
     pub at_knots: bool,
+    /// The NURBS curves that these Bézier curves are. Values belong to their control points.
+    pub nurbs: Option<Nurbs>,
     /// Number of points of each curve in the file.
     pub counts: Vec<usize>,
     /// Their sum.
@@ -47,7 +50,7 @@ impl Layout {
         if total != points {
             return fail(format!("curveVertexCounts add up to {total}, but there are {points} points"));
         }
-        let layout = Layout { basis, ends, at_knots: false, counts: checked, total };
+        let layout = Layout { basis, ends, at_knots: false, nurbs: None, counts: checked, total };
         // Strands use 32-bit indices.
         match total.checked_add(layout.phantoms() * layout.counts.len()) {
             Some(n) if u32::try_from(n).is_ok() => Ok(layout),
@@ -104,6 +107,7 @@ impl Layout {
             Interpolation::Constant => (1, "constant"),
             Interpolation::Uniform => (self.counts.len(), "uniform"),
             Interpolation::Vertex if !self.at_knots => (self.total, "vertex"),
+            _ if self.nurbs.is_some() => (self.nurbs.as_ref().map_or(0, |nurbs| nurbs.total), "vertex"),
             _ => (self.counts.iter().map(|&n| self.knots(n)).sum(), "varying"),
         };
         let (expected, kind) = if given == 1 && expected != 1 { (1, "constant") } else { (expected, kind) };
@@ -114,7 +118,13 @@ impl Layout {
         Ok(match kind {
             "constant" => Values::Constant(convert(primvar.values.row(0))),
             "uniform" => Values::PerStrand(rows().collect()),
-            _ => Values::PerPoint(self.points(&rows().collect::<Vec<_>>(), kind == "varying")),
+            _ => {
+                let rows: Vec<[f32; N]> = rows().collect();
+                Values::PerPoint(match &self.nurbs {
+                    Some(nurbs) => self.points(&nurbs.at_knots(&rows), true),
+                    None => self.points(&rows, kind == "varying"),
+                })
+            }
         })
     }
 

@@ -77,9 +77,12 @@ fn shaping(reader: &mut Reader, place: &Place) -> Result<Option<Shaping>, Error>
     let all = cone >= if flat && softness == 0.0 { 90.0 } else { 180.0 };
     let ies = stage.has_value(prim, "inputs:shaping:ies:file")?;
     let infinite = place.type_name.starts_with("DomeLight") || place.type_name == "DistantLight";
-    if ies || infinite && !(all && focus == 0.0) {
-        let what = "IES profiles, and the shaping of domes and distant lights, are not supported and are ignored";
+    if ies {
+        let what = "inputs:shaping:ies:file is not supported: the light has the same intensity as without its profile";
         reader.warnings.add(prim, what);
+    }
+    if infinite && !(all && focus == 0.0) {
+        reader.warnings.add(prim, "the shaping of domes and distant lights is not supported and is ignored");
     }
     if infinite || all && focus == 0.0 {
         return Ok(None);

@@ -14,6 +14,7 @@ pub(crate) mod look;
 mod mesh;
 mod motion;
 mod network;
+mod nurbs;
 mod options;
 mod polygons;
 mod prim;
@@ -23,6 +24,7 @@ mod shading;
 mod shapes;
 mod skeleton;
 mod skin;
+mod spheres;
 mod subdivision;
 pub(crate) mod surface;
 pub(crate) mod uv_texture;
@@ -39,7 +41,7 @@ use crate::read::shapes::SHAPES;
 use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
-use crate::stage::{MATERIALS, Stage};
+use crate::stage::{MATERIALS, Repairs, Stage};
 use crate::warning::{Fault, Warning};
 use std::collections::HashMap;
 use std::path::Path;
@@ -67,11 +69,24 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     on_large_stack(|| read_stage(file, options)).map_err(|error| Error::file(file, error))?
 }
 
+/// How often a stage is opened again without the properties of more layers.
+const MOST_REPAIRS: usize = 4;
+
 fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
-    let stage = Stage::open(file, options.frame)?;
+    let mut stage = Stage::open(file, options.frame, Repairs::default())?;
+    // Composition reads layers when they are needed.
+    for _ in 0..MOST_REPAIRS {
+        let read = read_composed(&stage, file, options);
+        let Some(repairs) = stage.repairs() else { return read };
+        stage = Stage::open(file, options.frame, repairs)?;
+    }
+    read_composed(&stage, file, options)
+}
+
+fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Reading, Error> {
     let broken = |what: Invalid| Error::file(file, what);
     let paths = stage.prims().map_err(broken)?;
-    let mut reader = Reader::new(&stage, options, Units::CENTIMETERS);
+    let mut reader = Reader::new(stage, options, Units::CENTIMETERS);
     let (units, ignored) = stage.units().map_err(broken)?;
     reader.scene.units = Some(units);
     ignored.iter().for_each(|what| reader.warnings.add("/", *what));
@@ -80,6 +95,9 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     for (place, what) in stage.composition_faults().map_err(broken)? {
         let what = format!("{what}: what it would bring in is left out");
         reader.warnings.add_fault(Some(Fault::Layer), &place, what);
+    }
+    for (prim, what) in stage.losses() {
+        reader.warnings.add(&prim, format!("{what}: it is left out"));
     }
     if !options.instances {
         instances::copy_all(&mut reader)?;
@@ -97,7 +115,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
         let skipped: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
-        let skipped = empty::reason(&stage, &places).unwrap_or_else(String::from) + &skipped;
+        let skipped = empty::reason(stage, &places).unwrap_or_else(String::from) + &skipped;
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
@@ -118,7 +136,7 @@ pub fn read_material(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(F
 
 fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
     let options = Options { network_base: *base, ..Options::default() };
-    let stage = Stage::open(file, None)?;
+    let stage = Stage::open(file, None, Repairs::default())?;
     let materials = stage.children(MATERIALS).map_err(|what| Error::file(file, what))?;
     let known = materials.join(", ");
     let material = match (name, &materials[..]) {
@@ -184,6 +202,8 @@ fn read_prims(
             camera => reader.scene.camera = camera?,
         }
         reader.eye = reader.scene.camera;
+    } else {
+        reader.stage_size = subdivision::stage_size(reader, &places);
     }
     reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;
@@ -202,7 +222,8 @@ fn read_prims(
                 None => {
                     let within = places[i..].iter().take_while(|other| is_below(&other.path, &place.path));
                     let to_local = [place.to_world, place.moved].map(|matrix| matrix.inverse());
-                    let read = instances::prototype(reader, &place.path, within, to_local)?;
+                    let known = &mut point_prototypes;
+                    let read = instances::prototype(reader, &place.path, within, to_local, (&places, known))?;
                     prototypes.insert(first, read);
                     read
                 }
@@ -231,7 +252,7 @@ fn read_prims(
 
 /// Whether prims of a type are strands or meshes in a picture.
 fn is_drawn(kind: &str) -> bool {
-    ["BasisCurves", "HermiteCurves", "Mesh"].contains(&kind) || SHAPES.contains(&kind)
+    CURVES.contains(&kind) || ["Mesh", "Points"].contains(&kind) || SHAPES.contains(&kind)
 }
 
 /// Whether a shutter opens and closes in this order.
@@ -241,8 +262,9 @@ fn is_shutter([open, close]: [f64; 2]) -> bool {
 
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     match place.type_name.as_str() {
-        "BasisCurves" | "HermiteCurves" => curves::read(reader, place),
+        kind if CURVES.contains(&kind) => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
+        "Points" => spheres::read(reader, place),
         shape if SHAPES.contains(&shape) => shapes::read(reader, place),
         light if LIGHTS.contains(&light) => {
             reader.prim(&place.path)?;
@@ -270,12 +292,14 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     }
 }
 
+/// Types of prims that are strands.
+const CURVES: [&str; 3] = ["BasisCurves", "HermiteCurves", "NurbsCurves"];
+
 const LIGHTS: [&str; 7] =
     ["DomeLight", "DomeLight_1", "DistantLight", "RectLight", "DiskLight", "SphereLight", "CylinderLight"];
 
 /// Types of prims that other renderers show.
-const UNSUPPORTED: [&str; 8] =
-    ["NurbsCurves", "NurbsPatch", "Points", "TetMesh", "Volume", "GeometryLight", "PortalLight", "PluginLight"];
+const UNSUPPORTED: [&str; 6] = ["NurbsPatch", "TetMesh", "Volume", "GeometryLight", "PortalLight", "PluginLight"];
 
 const GROUPS: [&str; 4] = ["", "Scope", "Xform", "SkelRoot"];
 

@@ -44,12 +44,49 @@ fn authored(reader: &mut Reader, prim: Prim, topology: &[&str]) -> Result<Points
         Ok::<_, Error>(a? == b?)
     };
     if close.len() == open.len() && topology.iter().map(same).collect::<Result<Vec<_>, _>>()?.into_iter().all(|x| x) {
+        warn_of_bends(reader, prim, &open, &close)?;
         return Ok(Points { open, close: Some(close), base: When::Open });
     }
     let what = "its points change in number or order while the shutter is open: it has no deformation blur";
     reader.warnings.add(prim.path, what);
     let base = When::At(clock.frame);
     Ok(Points { open: at(base)?, close: None, base })
+}
+
+/// How far a path may be from the straight line between its ends, relative to the length of that line.
+pub(crate) const STRAIGHT: f64 = 0.05;
+
+/// What to say of a path that bends.
+pub(crate) const BENDS: &str =
+    "bends while the shutter is open: motion blur is straight from its opening to its closing";
+
+/// The most samples inside the shutter that are compared with a straight line.
+const MOST_SAMPLES: usize = 8;
+
+/// Adds a warning if samples inside the shutter are not on the lines between its ends.
+fn warn_of_bends(reader: &mut Reader, prim: Prim, open: &[[f32; 3]], close: &[[f32; 3]]) -> Result<(), Error> {
+    let clock = reader.stage.clock();
+    let farthest = |a: &[[f32; 3]], b: &dyn Fn(usize) -> [f32; 3]| {
+        let square = |(i, a): (usize, &[f32; 3])| (0..3).map(|k| f64::from(a[k] - b(i)[k]).powi(2)).sum::<f64>();
+        a.iter().enumerate().map(square).fold(0.0, f64::max).sqrt()
+    };
+    let bound = (STRAIGHT * farthest(close, &|i| open[i])).max(1e-5 * farthest(open, &|_| open[0]));
+    let mut time = clock.open;
+    for _ in 0..MOST_SAMPLES {
+        let Some(next) = reader.stage.sample_after(prim.path, "points", time)?.filter(|next| *next < clock.close)
+        else {
+            break;
+        };
+        time = next;
+        let share = ((time - clock.open) / (clock.close - clock.open)) as f32;
+        let inner = vectors(prim, "points", When::At(time))?.unwrap_or_default();
+        let line = |i: usize| std::array::from_fn(|k| open[i][k] + share * (close[i][k] - open[i][k]));
+        if inner.len() == open.len() && farthest(&inner, &line) > bound {
+            reader.warnings.add(prim.path, format!("the path of its points {BENDS}"));
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// The points, moved by velocities; `None` if the prim has no velocities that match its points.

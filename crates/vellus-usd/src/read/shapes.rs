@@ -91,6 +91,11 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     show(reader, place, left_handed, shape, surface)
 }
 
+/// A sphere of radius 1.
+pub(crate) fn sphere() -> Polygons {
+    revolve(&[arc([-FRAC_PI_2, FRAC_PI_2], 1.0, 0.0, ALONG)], 2)
+}
+
 /// An arc of a circle around a point of the axis.
 fn arc(angles: [f64; 2], radius: f64, z: f64, steps: usize) -> Vec<Ring> {
     let at = |i: usize| {

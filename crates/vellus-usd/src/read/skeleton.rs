@@ -5,7 +5,7 @@ use crate::read::context::Reader;
 use crate::read::motion::Points;
 use crate::read::polygons::Polygons;
 use crate::read::primvar::{Interpolation, ancestors};
-use crate::read::skin::{Influences, Skin, blend, concatenate, joint, parents};
+use crate::read::skin::{Influences, Rigid, Skin, blend, concatenate, joint, parents};
 use crate::read::xform::Place;
 use crate::stage::{Stage, When};
 use glam::DMat4;
@@ -179,8 +179,9 @@ fn binding(reader: &mut Reader, prim: &str, points: usize) -> Result<Option<Bind
     };
     let Some(influences) = influences else { return Ok(Some(Binding { pose, skin: None })) };
     let method = words(reader.stage, prim, "primvars:skel:skinningMethod")?.unwrap_or_default();
-    if method.first().is_some_and(|method| method != "classicLinear") {
-        reader.warnings.add(prim, format!("the skinning method {} is not supported: it is linear", method[0]));
+    let method = method.first().map_or("classicLinear", String::as_str);
+    if !["classicLinear", "dualQuaternion"].contains(&method) {
+        reader.warnings.add(prim, format!("the skinning method {method} is not supported: it is linear"));
     }
     let name = "primvars:skel:geomBindTransform";
     let bind = match bound(reader.stage, prim, name)? {
@@ -191,7 +192,11 @@ fn binding(reader: &mut Reader, prim: &str, points: usize) -> Result<Option<Bind
     let back = [0, 1].map(|time| place[time].inverse() * pose.to_world[time]);
     match bind {
         Ok(bind) if back.iter().all(DMat4::is_finite) => {
-            let skin = |time: usize| Skin { bind, joints: pose.matrices[time].clone(), back: back[time] };
+            let skin = |time: usize| {
+                let joints = pose.matrices[time].clone();
+                let rigid = (method == "dualQuaternion").then(|| joints.iter().map(Rigid::of).collect());
+                Skin { bind, joints, rigid, back: back[time] }
+            };
             let skins = [skin(0), skin(1)];
             Ok(Some(Binding { pose, skin: Some((influences, skins)) }))
         }
@@ -333,6 +338,30 @@ fn animated(stage: &Stage, prim: &str, when: When) -> Result<Result<Vec<(String,
     }
 }
 
+/// The offsets that give a shape at a weight, with their own weights: those of the two shapes around it. The points
+/// themselves have the weight 0, and the whole shape has 1.
+fn between(stage: &Stage, shape: &str, weight: f32, offsets: &str) -> Result<Vec<(String, f32)>, Error> {
+    let properties = stage.properties(shape)?;
+    let names: Vec<&str> = properties.iter().filter(|name| name.starts_with(INBETWEEN)).collect();
+    stage.know(shape, &names)?;
+    let mut shapes = vec![(0.0, None), (1.0, Some(offsets.to_owned()))];
+    for name in names.iter().filter(|name| !name[INBETWEEN.len()..].contains(':')) {
+        let at = stage.metadata_number(shape, name, "weight")?.filter(|at| at.is_finite() && ![0.0, 1.0].contains(at));
+        let of_normals = if offsets == "offsets" { String::new() } else { format!(":{offsets}") };
+        shapes.extend(at.map(|at| (at, Some(format!("{name}{of_normals}")))));
+    }
+    shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let weight = f64::from(weight);
+    let next = shapes.partition_point(|(at, _)| *at <= weight).clamp(1, shapes.len() - 1);
+    let [(a, before), (b, behind)] = [shapes[next - 1].clone(), shapes[next].clone()];
+    let share = ((weight - a) / (b - a)) as f32;
+    let pairs = [(before, 1.0 - share), (behind, share)];
+    Ok(pairs.into_iter().filter_map(|(name, share)| Some((name?, share)).filter(|(_, share)| *share != 0.0)).collect())
+}
+
+/// How the names of shapes begin that a shape has at other weights than 1.
+const INBETWEEN: &str = "inbetweens:";
+
 /// Adds the blend shapes of a prim to its points (`offsets`) or to their normals (`normalOffsets`).
 fn shape(
     reader: &mut Reader,
@@ -351,20 +380,16 @@ fn shape(
     for (name, target) in names.iter().zip(&targets) {
         let Some(&weight) = weights.get(name).filter(|weight| **weight != 0.0) else { continue };
         reader.prim(target)?;
-        stage.know(target, &["normalOffsets"])?;
-        let properties = stage.properties(target)?;
-        let between: Vec<&str> = properties.iter().filter(|name| name.starts_with("inbetweens:")).collect();
-        stage.know(target, &between)?;
-        if !between.is_empty() {
-            flaws.push((target, "inbetween shapes are not supported: the shape is reached along straight lines"));
-        }
-        let Some(rows) = stage.numbers(target, offsets, When::Open)? else { continue };
+        stage.know(target, &["offsets", "normalOffsets"])?;
         let indices = stage.integers(target, "pointIndices", When::Open)?;
-        let fits = rows.lanes == 3
-            && rows.values.iter().all(|x| x.is_finite())
-            && blend(points, rows.values.as_chunks::<3>().0, indices.as_deref(), weight);
-        if !fits {
-            flaws.push((target, "its offsets do not match the points of the mesh: it is ignored"));
+        for (name, weight) in between(stage, target, weight, offsets)? {
+            let Some(rows) = stage.numbers(target, &name, When::Open)? else { continue };
+            let fits = rows.lanes == 3
+                && rows.values.iter().all(|x| x.is_finite())
+                && blend(points, rows.values.as_chunks::<3>().0, indices.as_deref(), weight);
+            if !fits {
+                flaws.push((target, "its offsets do not match the points of the mesh: it is ignored"));
+            }
         }
     }
     for (target, what) in flaws {

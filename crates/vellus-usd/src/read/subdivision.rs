@@ -7,7 +7,7 @@ use crate::read::primvar::{Interpolation, Primvar};
 use crate::read::xform::Place;
 use crate::stage::{Numbers, Stage, When};
 use crate::subdivide::{Boundary, Cage, FaceVarying, Scheme, Subdivision};
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 use vellus_scene::Camera;
 
 /// The length of edges, relative to the height of the picture. It is 4 pixels of 1080.
@@ -15,6 +15,10 @@ const IN_PICTURE: f64 = 1.0 / 256.0;
 
 /// The length of edges relative to the diagonal of the mesh, where no camera is known.
 const IN_MESH: f64 = 1.0 / 128.0;
+
+/// The length of edges relative to the diagonal of the stage, if it has no camera. It is 2 pixels of 1080 where the
+/// stage fills the picture.
+const IN_STAGE: f64 = 1.0 / 512.0;
 
 /// The share of edges that are as short. The others are a few large faces of an uneven mesh.
 const SHARE: f64 = 0.95;
@@ -160,6 +164,20 @@ fn is_flat(polygons: &Polygons) -> bool {
         })
 }
 
+/// The diagonal of all meshes by their `extent`, in world space. 0 if it is not known.
+pub(crate) fn stage_size(reader: &Reader, places: &[Place]) -> f64 {
+    let mut corners = Vec::new();
+    for place in places.iter().filter(|place| place.shown && place.type_name == "Mesh") {
+        // It is only a hint: one that cannot be read has no effect.
+        let Ok(Some(extent)) = reader.stage.numbers(&place.path, "extent", When::Open) else { continue };
+        let &[a, b, c, d, e, f] = &extent.values[..] else { continue };
+        let (low, high) = (DVec3::from([a, b, c].map(f64::from)), DVec3::from([d, e, f].map(f64::from)));
+        let corner = |i: u32| DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);
+        corners.extend((0..8).map(|i| place.to_world.transform_point3(corner(i))).filter(|p| p.is_finite()));
+    }
+    if corners.is_empty() { 0.0 } else { diagonal(corners.into_iter()) }
+}
+
 fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
     let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     (high - low).length()
@@ -168,7 +186,8 @@ fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
 /// How many times a mesh is refined, and how many times it would be without a bound on the number of faces.
 fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Polygons, least: usize) -> (usize, usize) {
     let point = |p: &[f32; 3]| place.to_world.transform_point3(DVec3::from(p.map(f64::from)));
-    let target = IN_MESH * diagonal(polygons.open.iter().map(point));
+    let in_stage = IN_STAGE * reader.stage_size * reader.local_scale;
+    let target = in_stage.max(IN_MESH * diagonal(polygons.open.iter().map(point)));
     let ends = surface.cage().ends().map(|ends| ends.map(|vertex| point(&polygons.open[vertex as usize])));
     let mut lengths: Vec<f64> = ends.map(|ends| relative_length(ends, reader.eye.as_ref(), target)).collect();
     let share = match reader.eye {
@@ -179,10 +198,10 @@ fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Poly
     let rank = ((SHARE * lengths.len() as f64) as usize).min(lengths.len().saturating_sub(1));
     let length = if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(rank, f64::total_cmp).1 };
     // Infinities and NaN are bounded too.
-    let wanted = length.log2().ceil().clamp(1.0, MAX_LEVELS as f64) as usize;
+    let wanted = length.log2().ceil().clamp(least as f64, MAX_LEVELS as f64) as usize;
     // The first level of quads has a face for each corner of the cage.
-    let fits = |times: &usize| polygons.indices.len().saturating_mul(4usize.pow(*times as u32 - 1)) <= finest;
-    let times = (1..=wanted).rev().find(fits).unwrap_or(least);
+    let fits = |times: &usize| polygons.indices.len().saturating_mul(4usize.pow(*times as u32)) / 4 <= finest;
+    let times = (least..=wanted).rev().find(fits).unwrap_or(least);
     (times, wanted)
 }
 

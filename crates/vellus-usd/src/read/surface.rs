@@ -117,7 +117,9 @@ fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
         reader.warnings.add(prim, format!("{name} varies over the mesh, which is not supported: its mean is used"));
     }
     let count = values.len() as f32;
-    let mean = std::array::from_fn(|c| values.values.iter().skip(c).step_by(3).map(|x| x / count).sum::<f32>());
+    // Negative numbers are black, and do not darken the others.
+    let channel = |c: usize| values.values.iter().skip(c).step_by(3).map(|x| x.max(0.0) / count).sum::<f32>();
+    let mean = std::array::from_fn(channel);
     let color = if is_constant { [values.values[0], values.values[1], values.values[2]] } else { mean };
     let mut surface = Surface::diffuse(prim, color);
     hold(reader, prim, &mut surface, [""; 3]);

@@ -59,8 +59,13 @@ pub(crate) fn uv_texture(
     Ok(color.map(|color| {
         let channel = ["r", "g", "b"].iter().position(|name| *name == shader.output);
         let pixel = channel.map_or(color, |channel| [color[channel]; 3]);
-        let texture =
-            Texture { name: shader.prim.clone(), width: 1, height: 1, pixels: vec![pixel], wrap: [Wrap::Repeat; 2] };
+        let texture = Texture {
+            name: shader.prim.clone(),
+            width: 1,
+            height: 1,
+            pixels: vec![pixel].into(),
+            wrap: [Wrap::Repeat; 2],
+        };
         (reader.add_texture(texture, None), [1.0; 3])
     }))
 }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::motion::{BENDS, STRAIGHT};
 use crate::stage::When;
 use crate::warning::Fault;
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
@@ -65,6 +66,9 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
         let (local, resets) = local_transform(reader, path, When::Open)?;
         let moves = stage.clock().close != stage.clock().open;
         let moved = if moves { local_transform(reader, path, When::Close)?.0 } else { local };
+        if moved != local {
+            warn_of_bends(reader, path, &local, &moved)?;
+        }
         let is_visible = word("visibility")?.as_deref() != Some("invisible");
         Ok((local, resets, moved, is_visible, word("purpose")?, stage.type_name(path)?))
     };
@@ -92,6 +96,26 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
         purpose,
         swallowed: parent.is_some_and(|p| p.swallowed || p.type_name == "PointInstancer"),
     })
+}
+
+/// Adds a warning if a transform is not on the straight line between those at the ends of the shutter.
+fn warn_of_bends(reader: &mut Reader, path: &str, open: &DMat4, close: &DMat4) -> Result<(), Error> {
+    let clock = reader.stage.clock();
+    for share in [0.25, 0.5, 0.75] {
+        let time = clock.open + share * (clock.close - clock.open);
+        let inner = local_transform(reader, path, When::At(time))?.0;
+        let away = inner - (*open + (*close - *open) * share);
+        let lengths = |matrix: &DMat4| {
+            let linear = DMat3::from_mat4(*matrix).to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+            [linear, matrix.w_axis.truncate().length()]
+        };
+        let (away, moved, size) = (lengths(&away), lengths(&(*close - *open)), lengths(open));
+        if (0..2).any(|i| away[i] > (STRAIGHT * moved[i]).max(1e-5 * size[i])) {
+            reader.warnings.add(path, format!("its path {BENDS}"));
+            return Ok(());
+        }
+    }
+    Ok(())
 }
 
 /// The product of the transform operations of a prim, and whether it ignores the transform of its parent. The last

@@ -1,5 +1,6 @@
 //! What a stage says about the properties of a prim: values, connections, targets and metadata.
 
+use super::spline::Spline;
 use super::text::ascii;
 use super::values::{numbers, precise};
 use super::{Failure, Numbers, Property, Stage, When};
@@ -97,6 +98,34 @@ impl Stage {
         })
     }
 
+    /// The value of an attribute whose strongest value is a spline: `None` if it is not one, `Some(None)` if it has no
+    /// value at this time. Within a layer, splines are stronger than the default value, and weaker than time samples.
+    fn of_spline(&self, prim: &str, name: &str, time: f64) -> Result<Option<Option<f64>>, Failure> {
+        let name = self.spelled(prim, name)?;
+        let graph = self.stage.prim_index(sdf::Path::new(prim)?).graph()?;
+        for node in graph.all_nodes() {
+            let property = node.path().append_property(&*name)?;
+            for (layer, offset) in self.stage.node_layer_stack(node) {
+                let Some(layer) = self.stage.layer_identifier(layer) else { continue };
+                let Some(layer) = self.stage.layer(&layer) else { continue };
+                let field = |name: &str| layer.data().try_field(&property, name).ok().flatten();
+                if field("timeSamples").is_some() {
+                    return Ok(None);
+                }
+                if let Some(found) = field("spline") {
+                    let spline =
+                        Spline::of(&found).ok_or("its spline is not valid, or of a kind that is not supported")?;
+                    let time = node.map_to_root().time_offset().inverse().apply(time);
+                    return Ok(Some(spline.at(offset.inverse().apply(time))));
+                }
+                if field("default").is_some() {
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// The bytes of a file that [`Stage::asset`] resolved.
     pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
         self.files.read(resolved).map_err(|what| Error::file(Path::new(resolved), what))
@@ -158,6 +187,14 @@ impl Stage {
             // `get_metadata` only uses the path, so it works for relationships too.
             let value = self.attribute(prim, name)?.get_metadata::<sdf::Value>(key)?;
             Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
+        })
+    }
+
+    /// A number in the metadata of a property, such as the weight of a shape.
+    pub fn metadata_number(&self, prim: &str, name: &str, key: &str) -> Result<Option<f64>, Error> {
+        self.ask(prim, |prim| {
+            let value = self.attribute(prim, name)?.get_metadata::<sdf::Value>(key)?;
+            Ok(value.and_then(precise).and_then(|numbers| numbers.first().copied()))
         })
     }
 
@@ -235,6 +272,11 @@ impl Stage {
             When::Close => self.clock().close,
             When::At(time) => time,
         };
+        if self.files.splines.get()
+            && let Some(value) = self.ask(prim, |prim| self.of_spline(prim, name, time))?
+        {
+            return Ok(value.map(sdf::Value::Double));
+        }
         self.ask(prim, |prim| {
             let attribute = self.attribute(prim, name)?;
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);

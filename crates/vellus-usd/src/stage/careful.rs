@@ -6,6 +6,7 @@ use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
 use super::names::{check_default, check_expression, check_name, check_path};
 use super::old_crate::{version, with_new_tables, with_new_values};
+use super::repair::{Repairs, repaired};
 use super::text::{Content, Text, normalized};
 use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
@@ -23,8 +24,8 @@ use vellus_io::Digest;
 #[derive(Default)]
 pub(super) struct Careful {
     files: Rc<Files>,
-    /// Binary layers that were checked.
-    checked: RefCell<HashMap<Digest, Content>>,
+    /// Binary layers that were checked, and whether they have empty arrays of strings.
+    checked: RefCell<HashMap<Digest, (Content, bool)>>,
     /// Layers that cannot be read, and why. Composition asks again for each reference.
     broken: RefCell<HashMap<String, String>>,
 }
@@ -36,17 +37,20 @@ impl Careful {
 
     /// The bytes of a layer in a form that `openusd` can read.
     fn layer(&self, path: &str) -> io::Result<Vec<u8>> {
-        let mut bytes = self.files.read(path)?;
+        let mut bytes = self.files.layer(path)?;
         let broken = |what: Invalid| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}"));
-        if path.ends_with(MATERIALX) {
+        if path.ends_with(MATERIALX) && !bytes.starts_with(b"#usda") {
             bytes = to_usda(&bytes).map_err(broken)?.into_bytes();
         }
         let Text { bytes, content } = if bytes.starts_with(usdc::MAGIC) {
-            let bytes = renewed(bytes).map_err(broken)?;
+            let mut bytes = renewed(bytes).map_err(broken)?;
             let digest = Digest::of(&bytes);
             let known = self.checked.borrow().get(&digest).cloned();
-            let content = known.map_or_else(|| check(&bytes), Ok).map_err(broken)?;
-            self.checked.borrow_mut().insert(digest, content.clone());
+            let (content, has_empty) = known.map_or_else(|| check(&bytes), Ok).map_err(broken)?;
+            if has_empty {
+                bytes = with_renewed_values(bytes).map_err(broken)?;
+            }
+            self.checked.borrow_mut().insert(digest, (content.clone(), has_empty));
             Text { bytes, content }
         } else {
             if !path.ends_with(MATERIALX) {
@@ -166,7 +170,7 @@ impl ar::Asset for Bytes {
 /// The text layers with a syntax error, and messages with its position. The errors of `openusd` have neither.
 pub(super) fn parse_errors(files: &Files) -> Vec<(String, String)> {
     let errors = files.texts().into_iter().filter_map(|path| {
-        let bytes = match normalized(files.read(&path).ok()?) {
+        let bytes = match normalized(files.layer(&path).ok()?) {
             Ok(text) => text.bytes,
             Err(what) => return Some((path, what.0)),
         };
@@ -177,6 +181,21 @@ pub(super) fn parse_errors(files: &Files) -> Vec<(String, String)> {
         Some((path, what))
     });
     errors.collect()
+}
+
+/// The text layers with a syntax error in a form without the properties that cause it, where there is one.
+pub(super) fn repairs(files: &Files) -> Repairs {
+    let mut all = files.repairs.clone();
+    for (path, _) in parse_errors(files) {
+        let text = files.layer(&path).ok().and_then(|bytes| String::from_utf8(normalized(bytes).ok()?.bytes).ok());
+        let name = path.trim_end_matches(MATERIALX).trim_end_matches(']').rsplit(['/', '[']).next().unwrap_or_default();
+        if !all.0.contains_key(&path)
+            && let Some(repaired) = text.and_then(|text| repaired(text, name))
+        {
+            all.0.insert(path, repaired);
+        }
+    }
+    all
 }
 
 /// The syntax error of a text, with its line and column.
@@ -205,7 +224,11 @@ fn renewed(bytes: Vec<u8>) -> Result<Vec<u8>, Invalid> {
     if version(&bytes)? >= [0, 7, 0] {
         return Ok(bytes);
     }
-    let bytes = with_new_tables(bytes)?;
+    with_renewed_values(with_new_tables(bytes)?)
+}
+
+/// A binary layer whose values `openusd` reads.
+fn with_renewed_values(bytes: Vec<u8>) -> Result<Vec<u8>, Invalid> {
     check_tables(&bytes)?;
     let file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(&bytes))?))?;
     let fields: Vec<_> = file.fields.iter().map(|field| (field.token_index, field.value_rep.0)).collect();
@@ -214,11 +237,11 @@ fn renewed(bytes: Vec<u8>) -> Result<Vec<u8>, Invalid> {
 }
 
 /// Checks a binary layer before it is decoded.
-fn check(bytes: &[u8]) -> Result<Content, Invalid> {
+fn check(bytes: &[u8]) -> Result<(Content, bool), Invalid> {
     check_tables(bytes)?;
     let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
     let values = || file.fields.iter().map(|field| field.value_rep.0);
-    check_values(bytes, values())?;
+    let has_empty = check_values(bytes, values())?;
     let times = times(bytes, values())?;
     file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
     file.tokens.iter().try_for_each(|token| check_expression(token).map(|_| ()))?;
@@ -280,7 +303,19 @@ fn check(bytes: &[u8]) -> Result<Content, Invalid> {
             add_arcs(&mut file, i, &mut arcs)?;
         }
     }
-    Ok(Content { arcs: Rc::new(arcs), variables })
+    let unread = splines(&file);
+    Ok((Content { arcs: Rc::new(arcs), variables, splines: false, unread }, has_empty))
+}
+
+/// The attributes with a spline.
+fn splines(file: &usdc::CrateFile<Cursor<&[u8]>>) -> Vec<String> {
+    let Some(token) = file.tokens.iter().position(|token| token == "spline") else { return Vec::new() };
+    let has_spline = |fieldset: usize| {
+        let fields = file.fieldsets.get(fieldset..).unwrap_or_default().iter().map_while(|field| *field);
+        fields.filter_map(|field| file.fields.get(field)).any(|field| field.token_index == token)
+    };
+    let specs = file.specs.iter().filter(|spec| has_spline(spec.fieldset_index));
+    specs.filter_map(|spec| Some(file.paths.get(spec.path_index)?.as_str().to_owned())).collect()
 }
 
 /// Adds the arcs of a prim, or of the variant of one.

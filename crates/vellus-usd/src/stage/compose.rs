@@ -1,6 +1,7 @@
 //! Which prims a stage has, and what could not be composed.
 
-use super::careful::parse_errors;
+use super::careful::{parse_errors, repairs};
+use super::repair::{Losses, Repairs};
 use super::{Failure, Stage, guarded, instances};
 use crate::error::Invalid;
 use openusd::{pcp, sdf};
@@ -160,6 +161,29 @@ impl Stage {
         faults.extend(broken.clone());
         Ok(faults)
     }
+
+    /// What was left out of the stage: a prim, and what is not there.
+    pub fn losses(&self) -> Losses {
+        let mut layers: Vec<_> = self.files.repairs.0.iter().collect();
+        layers.sort_unstable_by_key(|(path, _)| *path);
+        let mut losses: Losses = layers.into_iter().flat_map(|(_, (_, losses))| losses.clone()).collect();
+        for path in self.files.unread.borrow().values().flatten() {
+            let (prim, name) = path.rsplit_once('.').unwrap_or((path, ""));
+            let what =
+                format!("{name} has a spline in a binary layer, which is not supported (usdcat makes text of it)");
+            losses.push((prim.to_owned(), what));
+        }
+        losses
+    }
+
+    /// Layers without the properties that the parser cannot read, if there are more of them than the stage was opened
+    /// with.
+    pub fn repairs(&self) -> Option<Repairs> {
+        if guarded(|| Ok(self.stage.composition_errors().is_empty())).unwrap_or(true) {
+            return None;
+        }
+        Some(repairs(&self.files)).filter(|all| all.0.len() > self.files.repairs.0.len())
+    }
 }
 
 /// What an error of composition says.
@@ -189,7 +213,7 @@ mod tests {
         let child = "{ def \"x\" {} }";
         text += &format!("over \"no\" {child}\nclass \"nor\" {child}\ndef \"off\" ( active = false ) {child}");
         std::fs::write(&file, text).unwrap();
-        let stage = Stage::open(&file, None).unwrap();
+        let stage = Stage::open(&file, None, Repairs::default()).unwrap();
         let prims = stage.prims().unwrap();
         // 1 + 2 + … + 2⁵, depth first.
         assert_eq!(prims.len(), 63);

@@ -2,6 +2,7 @@
 
 use super::arcs::Arcs;
 use super::package::Package;
+use super::repair::Repairs;
 use super::text::Content;
 use crate::error::Invalid;
 use crate::image::{TILES, UDIM, tile_name};
@@ -58,13 +59,24 @@ pub(super) struct Files {
     /// Text layers.
     texts: RefCell<BTreeSet<String>>,
     packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
+    /// Layers without what cannot be read.
+    pub repairs: Repairs,
     /// What the layers bring in.
     pub arcs: Arcs,
     /// How often the values of expression variables refer to other variables.
     variables: Cell<usize>,
+    /// Whether a layer has a spline.
+    pub splines: Cell<bool>,
+    /// Binary layers with splines, and the attributes.
+    pub unread: RefCell<BTreeMap<String, Vec<String>>>,
 }
 
 impl Files {
+    /// No files yet. Repaired layers replace those that will be read.
+    pub fn with(repairs: Repairs) -> Self {
+        Files { repairs, ..Files::default() }
+    }
+
     /// Sets the root file.
     pub fn set_top(&self, identifier: String) {
         self.top.get_or_init(|| identifier);
@@ -121,6 +133,10 @@ impl Files {
     /// Records what composition must know about a layer.
     pub fn note_content(&self, path: &str, layer: Content) -> Result<(), Invalid> {
         self.variables.set(self.variables.get() + layer.variables);
+        self.splines.set(self.splines.get() || layer.splines);
+        if !layer.unread.is_empty() {
+            self.unread.borrow_mut().insert(path.to_owned(), layer.unread);
+        }
         // Each reference may double the length of a value.
         if self.variables.get() > MOST_VARIABLES {
             return Err(format!("expression variables refer to others more than {MOST_VARIABLES} times").into());
@@ -147,6 +163,12 @@ impl Files {
         let mut file = vellus_io::open_file(package)?;
         let length = file.metadata()?.len();
         self.package(package)?.read(&mut file, length, &inner)
+    }
+
+    /// The bytes of a layer, or those of its repaired form.
+    pub fn layer(&self, path: &str) -> io::Result<Vec<u8>> {
+        let bytes = self.read(path)?;
+        Ok(self.repairs.0.get(path).map_or(bytes, |(text, _)| text.clone().into_bytes()))
     }
 
     /// Whether a file exists, which may be inside a package.

@@ -17,13 +17,15 @@ mod names;
 mod old_crate;
 mod package;
 mod properties;
+mod repair;
+mod spline;
 mod text;
 mod usdc_check;
 mod values;
 
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
-use careful::{Careful, parse_errors};
+use careful::{Careful, parse_errors, repairs};
 use classes::Classes;
 use collections::Members;
 use files::Files;
@@ -32,6 +34,7 @@ pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
 use openusd::{ar, sdf, usd};
 pub(crate) use properties::Properties;
+pub(crate) use repair::Repairs;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::path::Path;
@@ -121,23 +124,27 @@ pub(crate) struct Property {
 }
 
 impl Stage {
-    /// Opens and composes a file; `frame` is the time code to read.
-    pub fn open(file: &Path, frame: Option<f64>) -> Result<Self, Error> {
+    /// Opens and composes a file; `frame` is the time code to read. Repaired layers replace those of the files.
+    pub fn open(file: &Path, frame: Option<f64>, known: Repairs) -> Result<Self, Error> {
         vellus_io::open_file(file).map_err(|error| Error::read(file, error))?;
         let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
-        let files = Rc::new(Files::default());
+        let count = known.0.len();
+        let files = Rc::new(Files::with(known));
         let resolver = Careful::new(files.clone());
         files.set_top(ar::Resolver::create_identifier(&resolver, name, None));
-        let stage =
-            guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| match parse_errors(
-                &files,
-            )
-            .into_iter()
-            .next()
-            {
-                Some((layer, what)) => Error::file(Path::new(&layer), what),
-                None => Error::file(file, what),
-            })?;
+        let stage = match guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)) {
+            Ok(stage) => stage,
+            Err(what) => {
+                let repairs = repairs(&files);
+                if repairs.0.len() > count {
+                    return Stage::open(file, frame, repairs);
+                }
+                return Err(match parse_errors(&files).into_iter().next() {
+                    Some((layer, what)) => Error::file(Path::new(&layer), what),
+                    None => Error::file(file, what),
+                });
+            }
+        };
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());

@@ -1,9 +1,9 @@
-//! Rewrites binary layers of versions before 0.7 in a form that `openusd` reads.
+//! Rewrites binary layers in a form that `openusd` reads: those of versions before 0.7, and empty arrays of strings.
 //!
 //! Before 0.4, the tables were not compressed. Before 0.7, `openusd` misreads the times of samples and arrays of
 //! strings, and may ask for so much memory that the program ends.
 
-use super::usdc_check::{Cursor, DEEPEST};
+use super::usdc_check::{Cursor, DEEPEST, STRINGS};
 use crate::error::Invalid;
 use crate::write::crate_file::{MOST_BYTES, lz4, pack_integers};
 use std::collections::HashMap;
@@ -12,8 +12,6 @@ use std::collections::HashMap;
 const ARRAY: u64 = 1 << 63;
 const DOUBLES: u64 = 9 << 48;
 /// Types of values.
-const STRING: u64 = 10;
-const ASSET: u64 = 12;
 const DICTIONARY: u64 = 31;
 const SAMPLES: u64 = 46;
 const LIST_OF_DOUBLES: u64 = 48;
@@ -144,7 +142,7 @@ fn paths(mut at: Cursor, is_padded: bool, tokens: u64) -> Result<Vec<u8>, Invali
 }
 
 /// The layer with the values as they are in version 0.7, as far as `openusd` misreads them: lists of doubles, such as
-/// the times of samples, and arrays of strings and files, whose number must have 8 bytes. `fields` has the token and
+/// the times of samples, and arrays of strings and files, whose number must have 8 bytes, also if it is 0. `fields` has the token and
 /// the value of each field. Nothing if there are none.
 pub(crate) fn with_new_values(bytes: &[u8], fields: &[(usize, u64)]) -> Result<Option<Vec<u8>>, Invalid> {
     let mut values =
@@ -196,14 +194,17 @@ impl Values<'_> {
                     self.renew_at(&mut at, depth)?;
                 }
             }
-            (LIST_OF_DOUBLES, 0) => {
+            (LIST_OF_DOUBLES, 0) if self.old < [0, 7, 0] => {
                 let count = u32::try_from(at.u64()?).map_err(|_| "a value has too many samples")?;
                 let rank = if self.old < [0, 5, 0] { &1u32.to_le_bytes()[..] } else { &[] };
                 let head = [rank, &count.to_le_bytes()].concat();
                 return self.moved_to(value, ARRAY | DOUBLES, &head, at.bytes(8 * u64::from(count))?);
             }
-            // An empty array has no position.
-            (STRING | ASSET, 2) if at.at != 0 => {
+            // An empty array has no position, which the decoder does not know.
+            (kind, 2 | 3) if STRINGS.contains(&kind) && at.at == 0 => {
+                return self.moved_to(value, value & !POSITION, &0u64.to_le_bytes(), &[]);
+            }
+            (kind, 2) if STRINGS.contains(&kind) && self.old < [0, 7, 0] => {
                 if self.old < [0, 5, 0] {
                     at.u32()?;
                 }
@@ -326,7 +327,7 @@ mod tests {
             place
         };
         // One dimension, two strings.
-        let array = ARRAY | STRING << 48 | put(&[2 << 32 | 1, 1 << 32]);
+        let array = ARRAY | STRINGS[0] << 48 | put(&[2 << 32 | 1, 1 << 32]);
         let times = LIST_OF_DOUBLES << 48 | put(&[1, 1f64.to_bits()]);
         let samples = SAMPLES << 48 | put(&[8, times, 8, 1, array]);
         // One entry, with the name of the string 0 and an offset of 8.
@@ -348,6 +349,11 @@ mod tests {
             assert_eq!(strings, Value::StringVec(vec!["c".to_owned(), "a".to_owned()]));
         }
         assert_eq!(with_new_values(&bytes, &[(2, 1 << 62)]), Ok(None));
+        bytes[9] = 8;
+        let new = with_new_values(&bytes, &[(2, ARRAY | STRINGS[1] << 48)]).unwrap().unwrap();
+        let mut file = CrateFile::open(io::Cursor::new(&new)).unwrap();
+        let found = file.fields[0].value_rep;
+        assert_eq!(file.value(found).unwrap(), Value::AssetPathVec(Vec::new()));
         let circle = DICTIONARY << 48 | bytes.len() as u64;
         bytes.extend([1u64, 8 << 32, circle << 32, circle >> 32].iter().flat_map(|word| word.to_le_bytes()));
         assert!(with_new_values(&bytes, &[(2, circle)]).unwrap_err().0.contains("in a circle"));

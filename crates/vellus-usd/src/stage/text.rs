@@ -137,6 +137,10 @@ pub(super) struct Content {
     pub arcs: Rc<LayerArcs>,
     /// How often the values of expression variables refer to other variables.
     pub variables: usize,
+    /// Whether an attribute has a spline.
+    pub splines: bool,
+    /// Attributes of a binary layer with a spline, which cannot be read.
+    pub unread: Vec<String>,
 }
 
 /// What a text layer contains.
@@ -145,19 +149,21 @@ struct Found {
     unsorted: Vec<Unsorted>,
     arcs: LayerArcs,
     variables: usize,
+    splines: bool,
 }
 
 /// Checks a text layer, and returns the text for the parser of `openusd`: with the same lines as far as strings have no
 /// escaped line breaks, with the samples of each attribute in the order of their times, and with the last of several
 /// samples for one time.
 pub(super) fn normalized(bytes: Vec<u8>) -> Result<Text, Invalid> {
-    let (new, Found { unsorted, arcs, variables }) = rewritten(&bytes)?;
+    let (new, Found { unsorted, arcs, variables, splines }) = rewritten(&bytes)?;
     let mut bytes = new.unwrap_or(bytes);
     if !unsorted.is_empty() {
         // The places of the samples in the new text.
         bytes = sorted(&bytes, &rewritten(&bytes)?.1.unsorted);
     }
-    Ok(Text { bytes, content: Content { arcs: Rc::new(arcs), variables } })
+    let content = Content { arcs: Rc::new(arcs), variables, splines, unread: Vec::new() };
+    Ok(Text { bytes, content })
 }
 
 fn rewritten(bytes: &[u8]) -> Result<(Option<Vec<u8>>, Found), Invalid> {
@@ -223,6 +229,8 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
     let mut arcs: Option<ArcList> = None;
     // The depth inside the brackets of the variables of expressions.
     let mut values_of_variables: Option<usize> = None;
+    // The depth inside the brackets of a spline.
+    let mut spline: Option<usize> = None;
     while let Some(&first) = bytes.get(at) {
         let rest = &bytes[at..];
         let fail = |invalid: Invalid| {
@@ -316,6 +324,16 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     let is_real = matches!(declared, "half" | "float" | "double");
                     samples = Some(Samples { depth, times: Vec::new(), expects_time: true, is_real });
                 }
+                if first == b'{' && words.0 == ["spline", "="] {
+                    (spline, found.splines) = (Some(depth), true);
+                }
+                // The parser reads two numbers for each tangent: those of Hermite curves have no width.
+                if first == b'(' && spline == Some(depth - 1) && words.0[1] != "sloped" {
+                    let content = rest.iter().position(|c| *c == b')').map_or(&rest[..0], |end| &rest[..end]);
+                    if !content.contains(&b',') {
+                        new.replace(at + 1..at + 1, b"0, ");
+                    }
+                }
                 if first == b'{' && words.0 == ["expressionVariables", "="] {
                     values_of_variables = Some(depth);
                 }
@@ -334,6 +352,7 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 while first == b'}' && prims.pop_if(|(of, _)| *of >= depth).is_some() {}
                 arcs.take_if(|list| depth < list.depth);
                 values_of_variables.take_if(|dictionary| depth < *dictionary);
+                spline.take_if(|block| depth < *block);
                 1
             }
             b',' => {
@@ -355,10 +374,25 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
             }
             c if c.is_ascii_alphabetic() || c == b'_' || !c.is_ascii() => {
                 let is_in = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_' || *c == b':' || !c.is_ascii();
-                let used = rest.iter().position(|c| !is_in(c)).unwrap_or(rest.len());
+                let mut used = rest.iter().position(|c| !is_in(c)).unwrap_or(rest.len());
                 let word = std::str::from_utf8(&rest[..used]).unwrap_or_default();
                 if let Cow::Owned(name) = ascii(word) {
                     new.replace(at..at + used, name.as_bytes());
+                }
+                // The parser does not tell this from what is not there.
+                if word == "none" && spline == Some(depth) && bytes[..at].trim_ascii_end().ends_with(b":") {
+                    new.replace(at..at + used, b"blocked");
+                }
+                // The parser reads one word.
+                if word == "loop" && spline == Some(depth) {
+                    let next = rest[used..].trim_ascii_start();
+                    for (name, joined) in [("repeat", "Repeat"), ("reset", "Reset"), ("oscillate", "Oscillate")] {
+                        if next.starts_with(name.as_bytes()) {
+                            let end = rest.len() - next.len() + name.len();
+                            new.replace(at + used..at + end, joined.as_bytes());
+                            used = end;
+                        }
+                    }
                 }
                 // The parser reads this list only if it is no list of edits.
                 if word == "inactiveIds" && matches!(words.0[1], "prepend" | "append" | "add") {
@@ -404,6 +438,14 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if used > 0 {
                     if let Some(zero) = zero {
                         new.replace(at + zero..at + zero, b"0");
+                    }
+                    // The parser takes a value of its own before a knot for 0 if there is none.
+                    if spline == Some(depth)
+                        && bytes[..at].trim_ascii_end().ends_with(b":")
+                        && !rest[used..].trim_ascii_start().starts_with(b"&")
+                        && let Some(value) = std::str::from_utf8(&rest[..used]).ok().and_then(|x| x.parse::<f64>().ok())
+                    {
+                        new.replace(at + used..at + used, format!(" & {value:?}").as_bytes());
                     }
                     let samples = samples.as_mut().filter(|samples| samples.depth == depth);
                     let is_value = samples.as_ref().is_some_and(|samples| samples.is_real && !samples.expects_time);
@@ -459,12 +501,12 @@ fn end_of_line(rest: &[u8]) -> usize {
 }
 
 /// The number of bytes up to the end of the next `fence` after `from`.
-fn find(text: &[u8], from: usize, fence: &[u8]) -> Option<usize> {
+pub(super) fn find(text: &[u8], from: usize, fence: &[u8]) -> Option<usize> {
     text[from..].windows(fence.len()).position(|window| window == fence).map(|i| from + i + fence.len())
 }
 
 /// The length of the path of a file with its fences, and the path.
-fn asset(rest: &[u8]) -> Result<(usize, &[u8]), Invalid> {
+pub(super) fn asset(rest: &[u8]) -> Result<(usize, &[u8]), Invalid> {
     let fence: &[u8] = if rest.starts_with(b"@@@") { b"@@@" } else { b"@" };
     // The parser, too, ends at the first fence.
     let used = find(rest, fence.len(), fence).ok_or("the path of a file has no end")?;
@@ -476,7 +518,7 @@ fn asset(rest: &[u8]) -> Result<(usize, &[u8]), Invalid> {
 }
 
 /// The length of a string with its fences, and its content: borrowed if the parser reads the same.
-fn string(rest: &[u8]) -> Result<(usize, Cow<'_, [u8]>), Invalid> {
+pub(super) fn string(rest: &[u8]) -> Result<(usize, Cow<'_, [u8]>), Invalid> {
     let quote = rest[0];
     let fence = if rest.starts_with(&[quote; 3]) { &[quote; 3][..] } else { &[quote][..] };
     let (mut at, mut special) = (fence.len(), false);

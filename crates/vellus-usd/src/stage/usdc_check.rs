@@ -88,6 +88,9 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// Types whose arrays are indices of strings: strings, paths of files and expressions.
+pub(crate) const STRINGS: [u64; 3] = [10, 12, 57];
+
 /// Checks the tables that are decoded when a layer is opened.
 pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), Invalid> {
     let mut header = Cursor { bytes, at: 16 };
@@ -130,18 +133,26 @@ pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), Invalid> {
 }
 
 /// Checks values by their 64-bit representations, which have the type, flags and position.
-pub(crate) fn check_values(bytes: &[u8], mut representations: impl Iterator<Item = u64>) -> Result<(), Invalid> {
+/// Returns whether there is an empty array of strings, which the decoder misreads.
+pub(crate) fn check_values(bytes: &[u8], mut representations: impl Iterator<Item = u64>) -> Result<bool, Invalid> {
     let version = Cursor { bytes, at: 8 }.array::<3>()?;
-    // A file has fewer values than bytes, unless values contain each other.
-    let mut budget = bytes.len();
-    representations.try_for_each(|representation| value(bytes, version, representation, 0, &mut budget))
+    let mut walk = Walk { budget: bytes.len(), has_empty: false };
+    representations.try_for_each(|representation| value(bytes, version, representation, 0, &mut walk))?;
+    Ok(walk.has_empty)
 }
 
-fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budget: &mut usize) -> Result<(), Invalid> {
-    if depth > DEEPEST || *budget == 0 {
+/// The state of a walk through all values.
+struct Walk {
+    /// How many more values may be visited: a file has fewer than bytes, unless values contain each other.
+    budget: usize,
+    has_empty: bool,
+}
+
+fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, walk: &mut Walk) -> Result<(), Invalid> {
+    if depth > DEEPEST || walk.budget == 0 {
         return Err("values are nested in a circle".into());
     }
-    *budget -= 1;
+    walk.budget -= 1;
     let [is_array, is_inlined, is_compressed] = [63, 62, 61].map(|bit| representation >> bit & 1 == 1);
     let kind = representation >> 48 & 0xff;
     let mut at = Cursor { bytes, at: representation & 0xffff_ffff_ffff };
@@ -149,10 +160,11 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
     let is_list = matches!(kind, 31..=47 | 49..=50 | 54 | 55 | 58);
     if (is_array || kind == DOUBLES) && !is_list {
         if at.at == 0 {
+            walk.has_empty |= STRINGS.contains(&kind);
             return Ok(());
         }
         // Strings, paths of files and expressions: their number has 8 bytes in all versions for the decoder.
-        if matches!(kind, 10 | 12 | 57) {
+        if STRINGS.contains(&kind) {
             return at.u64().and_then(|count| at.skip(count, 4));
         }
         if version < [0, 5, 0] {
@@ -179,7 +191,7 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
     }
     match kind {
         // Dictionary: names and values.
-        31 => dictionary(&mut at, version, depth, budget),
+        31 => dictionary(&mut at, version, depth, walk),
         // Lists of edits: up to six sequences.
         32..=39 | 54 | 55 => {
             let [flags] = at.array::<1>()?;
@@ -192,7 +204,7 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
                         for _ in 0..count {
                             at.skip(1, if kind == 35 || version >= [0, 8, 0] { 24 } else { 8 })?;
                             if kind == 35 {
-                                dictionary(&mut at, version, depth, budget)?;
+                                dictionary(&mut at, version, depth, walk)?;
                             }
                         }
                     }
@@ -209,11 +221,11 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
         46 => {
             at.follow()?;
             let times = at.u64()?;
-            value(bytes, version, times, depth + 1, budget)?;
+            value(bytes, version, times, depth + 1, walk)?;
             at.follow()?;
             let count = at.u64()?;
             Cursor { ..at }.skip(count, 8)?;
-            (0..count).try_for_each(|_| value(bytes, version, at.u64()?, depth + 1, budget))
+            (0..count).try_for_each(|_| value(bytes, version, at.u64()?, depth + 1, walk))
         }
         _ => Ok(()),
     }
@@ -231,7 +243,7 @@ pub(crate) fn times(bytes: &[u8], representations: impl Iterator<Item = u64>) ->
         .collect()
 }
 
-fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usize) -> Result<(), Invalid> {
+fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, walk: &mut Walk) -> Result<(), Invalid> {
     let count = at.u64()?;
     // Each entry has a name, an offset and a value.
     Cursor { ..*at }.skip(count, 12)?;
@@ -239,7 +251,7 @@ fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usiz
         at.u32()?;
         at.follow()?;
         let representation = at.u64()?;
-        value(at.bytes, version, representation, depth + 1, budget)?;
+        value(at.bytes, version, representation, depth + 1, walk)?;
     }
     Ok(())
 }
@@ -278,7 +290,7 @@ mod tests {
     const INLINED: u64 = 1 << 62;
     const POINTS: u64 = 24 << 48;
     const EDITS: u64 = 37 << 48;
-    const STRINGS: u64 = 10 << 48;
+    const TEXTS: u64 = 10 << 48;
     const INTEGERS: u64 = 3 << 48;
     const DICTIONARY: u64 = 31 << 48;
 
@@ -286,11 +298,12 @@ mod tests {
     fn counts_are_checked_against_the_size_of_the_file() {
         let check_value = |bytes: &[u8], value: u64| check_values(bytes, std::iter::once(value));
         let value = |kind: u64, numbers: &[u64]| check_value(&layer(numbers), kind | 16);
-        assert_eq!(value(ARRAY | POINTS, &[2, 0, 0, 0]), Ok(()));
+        assert_eq!(value(ARRAY | POINTS, &[2, 0, 0, 0]), Ok(false));
+        assert_eq!(check_value(&layer(&[]), ARRAY | TEXTS), Ok(true));
         assert!(value(ARRAY | POINTS, &[10_000_000, 0, 0, 0]).unwrap_err().0.contains("claims 10000000 items"));
         assert!(value(ARRAY | POINTS, &[u64::MAX, 0, 0, 0]).is_err());
         // A block of 8 bytes.
-        assert_eq!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 8, 0]), Ok(()));
+        assert_eq!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 8, 0]), Ok(false));
         assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1_000_000_000, 8, 0]).unwrap_err().0.contains("decompressed"));
         assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 1 << 40, 0]).is_err());
         assert!(check_value(&layer(&[]), ARRAY | POINTS | 0xffff_ffff_ffff).unwrap_err().0.contains("cut off"));
@@ -299,7 +312,7 @@ mod tests {
         for kind in [ARRAY | EDITS, INLINED | EDITS] {
             assert!(check_value(&layer(&[2 | many << 8, 0]), kind | 16).is_err());
         }
-        for kind in [ARRAY | INLINED | POINTS, DOUBLES << 48, ARRAY | STRINGS] {
+        for kind in [ARRAY | INLINED | POINTS, DOUBLES << 48, ARRAY | TEXTS] {
             assert!(value(kind, &[many, 0]).unwrap_err().0.contains("more than the file can hold"));
             // The same in a version whose arrays have numbers of 4 bytes.
             let mut old = layer(&[many | 9 << 32 | 9, 0]);
@@ -322,7 +335,7 @@ mod tests {
         // Many fields cannot refer to the same long value again and again either.
         let times = layer(&[8, 0, 8, 1000].into_iter().chain(std::iter::repeat_n(1 << 62, 1000)).collect::<Vec<_>>());
         let samples = 46 << 48 | 16;
-        assert_eq!(check_values(&times, std::iter::once(samples)), Ok(()));
+        assert_eq!(check_values(&times, std::iter::once(samples)), Ok(false));
         assert!(check_values(&times, std::iter::repeat_n(samples, 1000)).is_err());
     }
 

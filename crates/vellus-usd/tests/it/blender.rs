@@ -91,10 +91,13 @@ fn particles_need_a_width_and_include_their_sphere() {
 }
 
 #[test]
-fn nurbs_are_named_if_nothing_else_is_left() {
+fn nurbs_are_bezier_curves() {
     for form in ["usda", "usdc"] {
-        let error = read(&blender(&format!("fur_nurbs.{form}")), &Options::default()).unwrap_err().to_string();
-        assert!(error.contains("(not supported) (/root/fur/fur: NurbsCurves is not supported"), "{error}");
+        let (scene, warnings) = read(&blender(&format!("fur_nurbs.{form}")), &Options::default()).unwrap();
+        let strands = &scene.strands[0];
+        assert_eq!(strands.basis, vellus_scene::Basis::Bezier, "{warnings:?}");
+        println!("{} {:?} {:?}", strands.len(), &strands.starts, &strands.points);
+        assert!(strands.points.iter().all(|point| point.is_finite()));
     }
 }
 

@@ -326,9 +326,9 @@ def Xform \"x\" ( references = </c> ) {}";
 /// Parse errors state the line, the column and the layer.
 #[test]
 fn parse_errors_name_their_place() {
-    let error = error_of("def Xform \"a\" {\n    float x = = 3\n}");
+    let error = error_of("def Xform \"a\" {\n    def Xform = 3\n}");
     assert!(error.contains("stage.usda: line 3, column 15: ") && error.contains("found '= 3'"), "{error}");
-    let error = error_of(&format!("def Xform \"a\" {{\n    float x = \u{1}{}\n}}", "z".repeat(500)));
+    let error = error_of(&format!("def Xform \"a\" {{\n    def Xform \u{1}{}\n}}", "z".repeat(500)));
     assert!(error.contains("line 3, column 15: this is no word, number, string or path"), "{error}");
     assert!(error.len() < 250 && !error.contains('\u{1}'), "{error}");
     let folder = tempfile::tempdir().unwrap();

@@ -55,7 +55,7 @@ fn image(reader: &mut Reader, node: &Shader) -> Result<Option<Found>, Error> {
         "UsdUVTexture" | "ND_UsdUVTexture" | "ND_UsdUVTexture_23" => {
             let (source, scale) = texture_source(reader, node, false)?;
             let mut texture = reader.load_texture(&node.prim, &source)?;
-            texture.pixels.iter_mut().for_each(|pixel| *pixel = std::array::from_fn(|c| pixel[c] * scale[c]));
+            texture.pixels.map_each(|c, x| x * scale[c]);
             return Ok(Some((texture, source.uv)));
         }
         "arnold:image" => ARNOLD,

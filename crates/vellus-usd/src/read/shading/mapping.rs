@@ -67,7 +67,7 @@ impl<'r, 'a> Mapping<'r, 'a> {
             Value::Image(mut texture) => {
                 let (range, unit) = (parameter.range(), parameter.unit());
                 let in_file = |x: f32| unit.from_stored(range.nearest(x));
-                texture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(in_file));
+                texture.pixels.map_each(|_, x| in_file(x));
                 let texture = self.reader.add_texture(texture, self.uv.clone());
                 self.textured.push((parameter, Textured { texture, scale: [1.0; 3] }));
             }

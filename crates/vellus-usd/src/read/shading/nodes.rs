@@ -13,16 +13,16 @@ pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value
     let value = match node.id.as_str() {
         "ND_chiang_hair_absorption_from_color" => of_color(mapping, prim)?,
         "ND_deon_hair_absorption_from_melanin" => of_melanin(mapping, prim)?,
-        id if id.starts_with("ND_multiply_") => of("in1", 0.0)?.with(of("in2", 1.0)?, multiply),
-        id if id.starts_with("ND_add_") => of("in1", 0.0)?.with(of("in2", 0.0)?, add),
-        id if id.starts_with("ND_divide_") => of("in1", 0.0)?.with(of("in2", 1.0)?, each(|a, b| a / b)),
-        id if id.starts_with("ND_power_") => of("in1", 0.0)?.with(of("in2", 1.0)?, each(f64::powf)),
-        id if id.starts_with("ND_min_") => of("in1", 0.0)?.with(of("in2", 0.0)?, each(f64::min)),
-        id if id.starts_with("ND_max_") => of("in1", 0.0)?.with(of("in2", 0.0)?, each(f64::max)),
-        id if id.starts_with("ND_invert_") => of("amount", 1.0)?.with(of("in", 0.0)?, each(|a, b| a - b)),
+        id if id.starts_with("ND_multiply_") => of("in1", 0.0)?.with_each(of("in2", 1.0)?, multiply),
+        id if id.starts_with("ND_add_") => of("in1", 0.0)?.with_each(of("in2", 0.0)?, add),
+        id if id.starts_with("ND_divide_") => of("in1", 0.0)?.with_each(of("in2", 1.0)?, |a, b| a / b),
+        id if id.starts_with("ND_power_") => of("in1", 0.0)?.with_each(of("in2", 1.0)?, f64::powf),
+        id if id.starts_with("ND_min_") => of("in1", 0.0)?.with_each(of("in2", 0.0)?, f64::min),
+        id if id.starts_with("ND_max_") => of("in1", 0.0)?.with_each(of("in2", 0.0)?, f64::max),
+        id if id.starts_with("ND_invert_") => of("amount", 1.0)?.with_each(of("in", 0.0)?, |a, b| a - b),
         // The lower limit first, as in MaterialX: the upper one decides where they cross.
         id if id.starts_with("ND_clamp_") => {
-            of("in", 0.0)?.with(of("low", 0.0)?, each(f64::max)).with(of("high", 1.0)?, each(f64::min))
+            of("in", 0.0)?.with_each(of("low", 0.0)?, f64::max).with_each(of("high", 1.0)?, f64::min)
         }
         // Values of two numbers are not read.
         id if id.starts_with("ND_extract_") && id != "ND_extract_vector2" => {
@@ -48,23 +48,21 @@ pub(super) fn value(mapping: &mut Mapping, node: &Shader) -> Result<Option<Value
     Ok(Some(value.map_each(|x| if (x as f32).is_finite() { x } else { 0.0 })))
 }
 
-/// A function of two numbers for each channel.
-fn each(f: impl Fn(f64, f64) -> f64) -> impl Fn([f64; 3], [f64; 3]) -> [f64; 3] {
-    move |a, b| std::array::from_fn(|i| f(a[i], b[i]))
-}
-
 /// A share of 0 gives `a`, and one of 1 gives `b`.
 pub(super) fn mix(a: Value, b: Value, share: Value) -> Value {
+    if a == b {
+        return a;
+    }
     let rest = share.clone().map_each(|x| 1.0 - x);
-    a.with(rest, multiply).with(b.with(share, multiply), add)
+    a.with_each(rest, multiply).with_each(b.with_each(share, multiply), add)
 }
 
-pub(super) fn multiply(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] * b[i])
+pub(super) fn multiply(a: f64, b: f64) -> f64 {
+    a * b
 }
 
-fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] + b[i])
+fn add(a: f64, b: f64) -> f64 {
+    a + b
 }
 
 /// σ per radius of a colour.

@@ -127,7 +127,7 @@ impl Model {
 /// Reads a surface. Warnings name what is approximated.
 pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result<Surface, Error> {
     let [base, color] = model.base.map(|input| value(mapping, input));
-    let mut color = color?.with(base?, multiply);
+    let mut color = color?.with_each(base?, multiply);
     let [(subsurface, _), scattered] = model.subsurface;
     let weight = number(mapping, model.subsurface[0])?.clamp(0.0, 1.0);
     if weight > 0.0 {
@@ -138,7 +138,7 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
     let weight = number(mapping, model.coat[0])?.clamp(0.0, 1.0);
     if weight > 0.0 {
         let tint = value(mapping, tint)?;
-        color = color.with(mix(Value::number(1.0), tint, Value::number(weight)), multiply);
+        color = color.with_each(mix(Value::number(1.0), tint, Value::number(weight)), multiply);
         warn(mapping, format!("inputs:{coat} only tints what is below: a coat has no reflection of its own"));
     }
     let color = mapping.tint(color);
@@ -216,8 +216,7 @@ fn mean(mapping: &mut Mapping, input: Named) -> Result<[f64; 3], Error> {
         Value::Image(image) => image,
     };
     warn(mapping, format!("inputs:{} has an image, which is not supported: its mean is used", input.0));
-    let sum = image.pixels.iter().fold([0.0; 3], |sum, p| std::array::from_fn(|c| sum[c] + f64::from(p[c])));
-    Ok(sum.map(|x| x / image.pixels.len() as f64))
+    Ok(image.pixels.mean())
 }
 
 /// As [`mean`], for a number.

@@ -22,7 +22,7 @@ impl Value {
         match self {
             Value::Constant(value) => Value::Constant(f(value)),
             Value::Image(mut texture) => {
-                texture.pixels.iter_mut().for_each(|pixel| *pixel = f(pixel.map(f64::from)).map(|x| x as f32));
+                texture.pixels.map(|pixel| f(pixel.map(f64::from)).map(|x| x as f32));
                 Value::Image(texture)
             }
         }
@@ -30,7 +30,22 @@ impl Value {
 
     /// Applies a function to each channel.
     pub fn map_each(self, f: impl Fn(f64) -> f64) -> Self {
-        self.map(|value| value.map(&f))
+        self.with_each(Value::number(0.0), |x, _| f(x))
+    }
+
+    /// As [`Value::with`], with a function of each channel. An image of bytes stays one if the other value is constant.
+    pub fn with_each(self, other: Value, f: impl Fn(f64, f64) -> f64) -> Self {
+        match (self, other) {
+            (Value::Image(mut a), Value::Constant(b)) => {
+                a.pixels.map_each(|c, x| f(x.into(), b[c]) as f32);
+                Value::Image(a)
+            }
+            (Value::Constant(a), Value::Image(mut b)) => {
+                b.pixels.map_each(|c, x| f(a[c], x.into()) as f32);
+                Value::Image(b)
+            }
+            (a, b) => a.with(b, |a, b| std::array::from_fn(|i| f(a[i], b[i]))),
+        }
     }
 
     /// Applies a function to two values. Of two images, the one with more tiles or pixels gives the size and the wrap
@@ -52,21 +67,22 @@ fn size(image: &Texture) -> (usize, usize) {
 
 /// Applies a function to each pixel of an image and the value of another image at the same place.
 fn combined(mut a: Texture, b: &Texture, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Texture {
-    for i in 0..a.pixels.len() {
-        let uv = a.uv(i % a.width, i / a.width);
-        let (one, other) = (a.pixels[i].map(f64::from), b.at(uv).map(f64::from));
-        a.pixels[i] = f(one, other).map(|x| x as f32);
-    }
+    let same = (a.width, a.height, a.tiles()) == (b.width, b.height, b.tiles());
+    let pixel = |i: usize| {
+        let other = if same { b.pixels.get(i) } else { b.at(a.uv(i % a.width, i / a.width)) };
+        f(a.pixels.get(i).map(f64::from), other.map(f64::from)).map(|x| x as f32)
+    };
+    a.pixels = (0..a.pixels.len()).map(pixel).collect();
     a
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vellus_scene::Wrap;
+    use vellus_scene::{Pixels, Wrap};
 
     fn image(width: usize, reds: &[f32]) -> Value {
-        let pixels: Vec<_> = reds.iter().map(|&red| [red, 0.0, 0.0]).collect();
+        let pixels: Pixels = reds.iter().map(|&red| [red, 0.0, 0.0]).collect();
         let height = pixels.len() / width;
         Value::Image(Texture { name: String::new(), width, height, pixels, wrap: [Wrap::Clamp; 2] })
     }

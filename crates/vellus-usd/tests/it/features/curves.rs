@@ -191,3 +191,34 @@ fn widths_that_are_no_lengths_are_named() {
         }
     }
 }
+
+/// A NURBS curve of degree 3 with even knots is a B-spline: it begins at (P0 + 4 P1 + P2) / 6, with the tangent
+/// (P2 − P0) / 2. Widths belong to control points.
+#[test]
+fn nurbs_curves_are_cubic_pieces() {
+    let read = |more: &str, widths: &str| {
+        scene(&format!(
+            "def NurbsCurves \"c\" {{ int[] curveVertexCounts = [5, 4] int[] order = [4, 4] {more}
+            double[] knots = [0,1,2,3,4,5,6,7,8, 0,0,0,0,1,1,1,1]
+            point3f[] points = [(0,0,0), (6,6,0), (12,0,0), (18,0,0), (24,0,0), (0,0,0), (1,0,0), (2,0,0), (3,0,0)]
+            float[] widths = {widths} }}"
+        ))
+    };
+    let (read_, warnings) = read("", "[0, 6, 12, 18, 24, 1, 1, 1, 1]");
+    assert_eq!(said(&warnings), "");
+    let strands = &read_.strands[0];
+    assert_eq!((strands.basis, &strands.starts[..]), (Basis::Bezier, &[0, 7, 11][..]));
+    let point = |i: usize| strands.points[i].to_array();
+    // The value of 0, 6, 12, … at the knots is 6, 12, …; handles have a third of the difference.
+    assert_eq!([point(0), point(1), point(3)], [[6.0, 4.0, 0.0, 3.0], [8.0, 4.0, 0.0, 4.0], [12.0, 1.0, 0.0, 6.0]]);
+    // A Bézier curve stays one.
+    assert_eq!([8, 9].map(|i| strands.points[i].x), [1.0, 2.0]);
+    let (read_, _) = read("double2[] ranges = [(3, 4), (0, 0.5)]", "[1] (interpolation = \"constant\")");
+    assert_eq!((&read_.strands[0].starts[..], read_.strands[0].points[7].x), (&[0, 4, 8][..], 1.5));
+    let (_, warnings) = scene(
+        "def NurbsCurves \"c\" { int[] curveVertexCounts = [2] int[] order = [3] point3f[] points = [(0,0,0), (1,0,0)] }
+        def BasisCurves \"good\" { uniform token type = \"linear\" int[] curveVertexCounts = [2] float[] widths = [1, 1]
+        point3f[] points = [(0,0,0), (1,0,0)] }",
+    );
+    assert!(said(&warnings).contains("/c: the order of curve 0 is 3"), "{}", said(&warnings));
+}

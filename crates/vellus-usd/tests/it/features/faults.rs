@@ -174,7 +174,7 @@ fn textures_that_cannot_be_read_show_their_fallback_or_a_marked_colour() {
     };
     let shown = |scene: &Scene| {
         let look = &scene.looks[scene.strands[0].look];
-        scene.textures[look.textured[0].1.texture].pixels[0]
+        scene.textures[look.textured[0].1.texture].pixels.get(0)
     };
     for file in ["gone.png", "no.png"] {
         let (scene, warnings) = stage(file, "float4 inputs:fallback = (0.5, 0.25, 0.125, 1)");
@@ -192,7 +192,7 @@ fn textures_that_cannot_be_read_show_their_fallback_or_a_marked_colour() {
 fn layers_that_cannot_be_read_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("broken.usda", "#usda 1.0\ndef Xform \"a\" {\n    float x = = 3\n}");
+    write("broken.usda", "#usda 1.0\ndef Xform \"a\" {\n    def Xform = 3\n}");
     write("deep.usda", &format!("#usda 1.0\n{}", "def Xform \"a\" {".repeat(5000)));
     write("broken.usdc", "PXR-USDC and nothing else");
     write("good.usda", &format!("#usda 1.0\n{GOOD}"));
@@ -249,4 +249,24 @@ fn widths_that_do_not_fit_give_way_to_the_default() {
     let (scene, warnings) = read_text(&body, &with_width(0.5)).unwrap();
     assert_eq!((scene.strands[0].basis, scene.strands[0].points[0].w), (Basis::Linear, 0.25));
     assert!(said(&warnings).contains("/c: widths has 2 values"), "{}", said(&warnings));
+}
+
+/// A property of a type that is not known, or with a value of another type, is left out. The rest of its layer is read,
+/// also if the layer is a reference.
+#[test]
+fn a_value_that_cannot_be_read_costs_its_property() {
+    let folder = tempfile::tempdir().unwrap();
+    let save = |name: &str, text: &str| std::fs::write(folder.path().join(name), format!("#usda 1.0\n{text}")).unwrap();
+    save("part.usda", &format!("def Xform \"p\" {{ matrix[] primvars:m = []\n {GOOD}\n double[] n = \"none\"\n }}"));
+    save("stage.usda", "def \"a\" ( references = @./part.usda@</p> )\n{\n    tensor t = 1\n    float u = (1, 2)\n}");
+    let (scene, warnings) = read(&folder.path().join("stage.usda"), &Options::default()).unwrap();
+    assert_eq!(scene.strands[0].name, "/a/good");
+    for what in [
+        "/a: t cannot be read (stage.usda, line 4): its type tensor is not known: it is left out",
+        "/a: u cannot be read (stage.usda, line 5): its value is not one of its type: it is left out",
+        "/p: primvars:m cannot be read (part.usda, line 2): its type matrix is not known",
+        "/p: n cannot be read (part.usda, line 5): its value",
+    ] {
+        assert!(has(&warnings, None, &[what]), "{what}: {}", said(&warnings));
+    }
 }

@@ -311,3 +311,41 @@ fn instances_that_are_not_active_are_not_shown() {
         assert_eq!(scene.strands.len(), left, "{ids} {inactive}");
     }
 }
+
+/// Points are instances of a sphere, of their own diameters.
+#[test]
+fn points_are_spheres() {
+    let (scene, warnings) = shared(
+        "def Points \"p\" { point3f[] points = [(1,2,3), (4,5,6), (7,8,9), (nan,0,0)] float[] widths = [2, 4, 0, 1]
+        double3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }",
+    );
+    assert!(said(&warnings).contains("/p: 1 of 4 points are left out"), "{}", said(&warnings));
+    let found: Vec<(f32, Vec3)> =
+        scene.instances.iter().map(|i| (i.scale().unwrap(), i.to_world.w_axis.truncate())).collect();
+    assert_eq!(found, [(2.0, Vec3::new(2.0, 4.0, 6.0)), (4.0, Vec3::new(8.0, 10.0, 12.0))]);
+    let ball = &scene.prototypes[0].meshes[0];
+    assert!(ball.positions.iter().all(|p| (p.length() - 1.0).abs() < 1e-6));
+}
+
+/// A prototype with instances of its own has copies of them. One that has itself is left out.
+#[test]
+fn instancers_are_inside_each_other() {
+    let strand = format!("def BasisCurves \"hair\" {{ {FOUR} }}");
+    let pair = |name: &str, y: &str, prototype: &str, inside: &str| {
+        format!(
+            "def PointInstancer \"{name}\" {{ point3f[] positions = [(0,0,0), (0,{y},0)] int[] protoIndices = [0, 0]
+            rel prototypes = <{prototype}>\n{inside} }}"
+        )
+    };
+    let inner = pair("tuft", "1", "/herd/animal/tuft/hair", &strand);
+    let body = pair("herd", "10", "/herd/animal", &format!("def Xform \"animal\" {{ {inner} }}"));
+    let (read, warnings) = shared(&body);
+    assert_eq!((said(&warnings).as_str(), read.instances.len(), read.strands.len()), ("", 2, 0));
+    let copies = &read.prototypes[read.instances[0].prototype].strands;
+    assert_eq!(copies.iter().map(|strands| strands.points[0].y).collect::<Vec<_>>(), [0.0, 1.0]);
+    let circle = pair("tuft", "1", "/herd/animal", "");
+    let body = pair("herd", "10", "/herd/animal", &format!("def Xform \"animal\" {{ {circle} {strand} }}"));
+    let (read, warnings) = shared(&body);
+    assert!(said(&warnings).contains("inside each other"), "{}", said(&warnings));
+    assert!(!read.prototypes.is_empty());
+}

@@ -18,6 +18,7 @@ mod settings;
 mod shading;
 mod shapes;
 mod skeletons;
+mod splines;
 mod stages;
 mod subdivision;
 mod surfaces;

@@ -134,9 +134,14 @@ fn blend_shapes_move_points() {
     let odd = posed.replace("[1] }", "[3] }");
     let (_, warnings) = scene(&rig(&odd));
     assert!(said(&warnings).contains("/rig/m/smile: its offsets do not match"), "{}", said(&warnings));
-    let between = posed.replace("vector3f[] offsets", "vector3f[] inbetweens:half = [(0, 0, 1)] vector3f[] offsets");
-    let (_, warnings) = scene(&rig(&between));
-    assert!(said(&warnings).contains("inbetween shapes are not supported"), "{}", said(&warnings));
+    // A shape at the weight 0.4 goes on to the whole one: (0.5 − 0.4) / 0.6 of the way from 1 to 4 is 1.5. One at 0.8
+    // is reached from the rest: 0.5 / 0.8 of 1 is 0.625. Without a weight, a shape has no effect.
+    for (weight, z) in [("weight = 0.4", 1.5), ("weight = 0.8", 0.625), ("", 2.0)] {
+        let shapes = format!("vector3f[] inbetweens:half = [(0, 0, 1)] ( {weight} )\nvector3f[] offsets");
+        let (scene, warnings) = scene(&rig(&posed.replace("vector3f[] offsets", &shapes)));
+        assert_eq!(said(&warnings), "", "{weight}");
+        near(&scene.meshes[0].positions[1..2], &[Vec3::new(1.0, 1.0, z)]);
+    }
 }
 
 /// A flaw of a rig leaves its meshes in their rest pose, with a warning that names it.
@@ -167,9 +172,13 @@ fn flaws_leave_the_rest_pose() {
         let first = scene.meshes[0].positions[0];
         assert!(first.x == 0.0 && first.y == 0.0, "{message}: {first}");
     }
-    let method = format!("uniform token primvars:skel:skinningMethod = \"dualQuaternion\" {whole}");
+    let method = format!("uniform token primvars:skel:skinningMethod = \"magic\" {whole}");
     let (_, warnings) = scene(&rig(&mesh(&method)));
-    assert!(said(&warnings).contains("dualQuaternion is not supported: it is linear"), "{}", said(&warnings));
+    assert!(
+        said(&warnings).contains("the skinning method magic is not supported: it is linear"),
+        "{}",
+        said(&warnings)
+    );
 }
 
 /// Random rigs have the points of OpenUSD's `BakeSkinning`.
@@ -221,7 +230,11 @@ for seed in range(20):
             api.CreateJointsAttr(order)
         count = 2 if rigid else 2 * points
         api.CreateJointIndicesPrimvar(rigid, 2).Set([random.randrange(5) for _ in range(count)])
-        api.CreateJointWeightsPrimvar(rigid, 2).Set([random.random() for _ in range(count)])
+        weights = [random.random() for _ in range(count)]
+        if seed % 4 == 3:
+            prim.CreateAttribute("primvars:skel:skinningMethod", Sdf.ValueTypeNames.Token).Set("dualQuaternion")
+            weights = [w / (weights[i - i % 2] + weights[i - i % 2 + 1]) for i, w in enumerate(weights)]
+        api.CreateJointWeightsPrimvar(rigid, 2).Set(weights)
         UsdGeom.Xformable(prim).AddTransformOp().Set(place())
     mesh = UsdGeom.Mesh.Define(stage, "/rig/mesh")
     mesh.CreateSubdivisionSchemeAttr("none")

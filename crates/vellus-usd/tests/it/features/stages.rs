@@ -68,7 +68,10 @@ fn a_stage_with_nothing_to_render_says_what_it_has() {
     let mesh = "int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
         point3f[] points = [(0,0,0), (1,0,0), (1,1,0)]";
     for (body, expected) in [
-        ("def Points \"a\" {} def Points \"b\" {} def Volume \"c\" {}", "2 Points (not supported), 1 Volume (not sup"),
+        (
+            "def TetMesh \"a\" {} def TetMesh \"b\" {} def Volume \"c\" {}",
+            "2 TetMesh (not supported), 1 Volume (not sup",
+        ),
         ("def NurbsPatch \"a\" {}", "it has 1 NurbsPatch (not supported)"),
         ("def ArnoldProcedural \"a\" {}", "it has 1 ArnoldProcedural (not known)"),
         (&format!("def Mesh \"a\" {{ {mesh} token visibility = \"invisible\" }}"), "it has 1 Mesh (invisible)"),

@@ -64,7 +64,7 @@ fn edges_are_short_in_the_picture() {
     };
     // Edges are 2 long and the picture is as high as the distance. 95 % of the edges are below 2 · 256 / 100 = 5.12 and
     // 2 · 256 / 1000.
-    assert_eq!([seen(101.0), seen(1000.0)], [4usize.pow(3), 4]);
+    assert_eq!([seen(101.0), seen(1000.0)], [4usize.pow(3), 1]);
 }
 
 /// Without a camera, many meshes share the number of faces: a million for 200 meshes are 5,242, of 6 · 4⁴ each.
@@ -191,4 +191,18 @@ fn bilinear_surfaces_are_refined_where_they_bend() {
     let (mesh, _) = read(&bent);
     // The middle of the bent face is the mean of its corners.
     assert_eq!(at(&mesh, Vec3::new(0.0, 0.0, 1.25)), 1);
+}
+
+/// Without a camera, edges need not be shorter than 1/512 of the diagonal of all meshes, by their `extent`.
+#[test]
+fn a_small_mesh_of_a_large_stage_has_few_faces() {
+    let ground = "def Mesh \"ground\" { uniform token subdivisionScheme = \"none\" int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2] point3f[] points = [(-500,0,-500), (500,0,-500), (0,0,500)]
+        float3[] extent = [(-500,0,-500), (500,0,500)] }";
+    let triangles = |size: &str| {
+        let (scene, _) = scene(&(cube("") + "\n" + &ground.replace("500", size)));
+        scene.meshes[0].triangles.len() / 12
+    };
+    // √2 · 1000 / 512 = 2.8 is more than an edge, and √2 · 100 / 512 = 0.28 is an eighth.
+    assert_eq!([triangles("500"), triangles("50")], [1, 4usize.pow(3)]);
 }

@@ -113,7 +113,7 @@ fn files_may_be_named_by_strings() {
     );
     std::fs::write(folder.path().join("top.usda"), top).unwrap();
     let reading = vellus_usd::read(&folder.path().join("top.usda"), &Options::default()).unwrap();
-    assert_eq!(reading.scene.textures[0].pixels[0], [1.0, 0.0, 0.0], "{:?}", reading.warnings);
+    assert_eq!(reading.scene.textures[0].pixels.get(0), [1.0, 0.0, 0.0], "{:?}", reading.warnings);
     assert!(reading.sources.iter().any(|(name, _)| name == "look/a.png"));
 }
 
@@ -171,4 +171,41 @@ fn old_binary_layers_are_read() {
         let (scene, warnings) = read(&file, &options).unwrap();
         assert_eq!((said(&warnings), &scene.strands), (expected_said.clone(), &expected.strands), "{version}");
     }
+}
+
+/// Binary layers as OpenUSD writes them: empty arrays of strings and files are empty, and splines, which the
+/// decoder does not know, are named.
+#[test]
+fn binary_layers_have_empty_arrays_of_strings_and_named_splines() {
+    let Some(mut python) = pixar() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let [text, binary] = ["a.usda", "a.usdc"].map(|name| folder.path().join(name));
+    let body = "#usda 1.0
+def BasisCurves \"c\"
+{
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2]
+    point3f[] points = [(0,0,0), (1,0,0)]
+    float[] widths = [1, 1]
+    string[] primvars:s = []
+    asset[] primvars:a = []
+    string[] primvars:t.timeSamples = { 1: [], 2: [\"x\"] }
+    double xformOp:translateX = 7
+    double xformOp:translateX.spline = { 1: 2; post linear, 3: 4; post held }
+    uniform token[] xformOpOrder = [\"xformOp:translateX\"]
+}
+";
+    std::fs::write(&text, body).unwrap();
+    let script = "import sys; from pxr import Sdf; Sdf.Layer.FindOrOpen(sys.argv[1]).Export(sys.argv[2])";
+    assert!(python.args(["-c", script]).arg(&text).arg(&binary).status().unwrap().success());
+    let options = Options { frame: Some(2.0), ..Options::default() };
+    let x = |file: &std::path::Path| {
+        let (scene, warnings) = read(file, &options).unwrap();
+        (scene.strands[0].points[0].x, warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
+    };
+    let (from_text, said) = x(&text);
+    assert!(from_text == 3.0 && !said.contains("broken") && !said.contains("spline"), "{said}");
+    let (from_binary, said) = x(&binary);
+    let named = "/c: xformOp:translateX has a spline in a binary layer, which is not supported";
+    assert!(from_binary == 7.0 && said.contains(named) && !said.contains("broken"), "{said}");
 }
