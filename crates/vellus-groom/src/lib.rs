@@ -3,7 +3,8 @@
 //! - [`grow()`] grows fur on a mesh. [`GrowSettings`] has the numbers of the groom, and [`Maps`] varies them over the
 //!   mesh.
 //! - [`read_hair`], [`read_tfx`] and [`read_obj`] read files; [`write_hair`] writes one.
-//! - [`interpolate()`] makes a groom denser, [`thin()`] makes it less dense. [`flatten()`] and [`measure()`] work on any strands.
+//! - [`interpolate()`] makes a groom denser, [`thin()`] makes it less dense. [`flatten()`] and [`measure()`] work on
+//!   any strands.
 //! - [`scene`] returns one of the built-in [`SCENES`].
 //!
 //! ```

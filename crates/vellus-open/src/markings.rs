@@ -56,9 +56,9 @@ impl Tips {
 impl FromStr for Ramp {
     type Err = String;
 
-    /// Reads two or more colours with spaces between them, from root to tip: `black white@60% white`. A position follows
-    /// an @. Without one, the first colour is at the root, the last one at the tip, and others are even between their
-    /// neighbours.
+    /// Reads two or more colours with spaces between them, from root to tip: `black white@60% white`. A position
+    /// follows an @. Without one, the first colour is at the root, the last one at the tip, and others are even between
+    /// their neighbours.
     fn from_str(text: &str) -> Result<Self, String> {
         let stop = |word: &str| {
             let (color, at) = word.rsplit_once('@').map_or((word, None), |(color, at)| (color, Some(at)));

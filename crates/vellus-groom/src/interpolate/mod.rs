@@ -1,18 +1,18 @@
 //! Denser grooms: strands between the strands that are there.
 
-mod near;
 mod shape;
 mod star;
+mod tree;
 
 use crate::error::Error;
 use crate::flatten::course;
 use glam::{Vec2, Vec3};
-use near::Tree;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use shape::Shapes;
 use star::Star;
+use tree::Tree;
 use vellus_scene::{Strands, Values};
 
 /// The area of a cell counts as at most this multiple of the median, so that a guide alone does not get a heap.

@@ -1,7 +1,7 @@
 //! The neighbourhood of a guide on the surface that the roots of guides lie on: its Voronoi cell, and the guides with
 //! which it shares a border.
 
-use super::near::Tree;
+use super::tree::Tree;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 

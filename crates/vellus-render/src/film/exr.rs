@@ -16,7 +16,7 @@ const ENCODING: Encoding = Encoding {
     line_order: LineOrder::Increasing,
 };
 
-/// The primaries of Rec. 709 and the white D65.
+/// The primaries of Rec. 709 and its white.
 const REC_709: ::exr::meta::attribute::Chromaticities = ::exr::meta::attribute::Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.3, 0.6),

@@ -142,8 +142,8 @@ fn paths(mut at: Cursor, is_padded: bool, tokens: u64) -> Result<Vec<u8>, Invali
 }
 
 /// The layer with the values as they are in version 0.7, as far as `openusd` misreads them: lists of doubles, such as
-/// the times of samples, and arrays of strings and files, whose number must have 8 bytes, also if it is 0. `fields` has the token and
-/// the value of each field. Nothing if there are none.
+/// the times of samples, and arrays of strings and files, whose number must have 8 bytes, also if it is 0. `fields` has
+/// the token and the value of each field. Nothing if there are none.
 pub(crate) fn with_new_values(bytes: &[u8], fields: &[(usize, u64)]) -> Result<Option<Vec<u8>>, Invalid> {
     let mut values =
         Values { bytes, old: version(bytes)?, new: bytes.to_vec(), moved: HashMap::new(), budget: bytes.len() };
