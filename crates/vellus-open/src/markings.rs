@@ -68,7 +68,7 @@ impl FromStr for Ramp {
         let stops: Vec<(Option<f32>, [f32; 3])> = text.split_whitespace().map(stop).collect::<Result<_, String>>()?;
         let last = stops.len().saturating_sub(1);
         if last == 0 {
-            return Err("a ramp has two or more colours: root tip, or black white@60% white".to_owned());
+            return Err(format!("'{text}': a ramp has two or more colours: root tip, or black white@60% white"));
         }
         let known = |i: usize| stops[i].0.or((i == 0).then_some(0.0)).or((i == last).then_some(1.0));
         let place = |i: usize| {
@@ -80,7 +80,7 @@ impl FromStr for Ramp {
         };
         let placed: Vec<(f32, [f32; 3])> = (0..stops.len()).map(|i| (place(i), stops[i].1)).collect();
         let is_sorted = placed.is_sorted_by_key(|(at, _)| *at);
-        is_sorted.then_some(Ramp { stops: placed }).ok_or_else(|| "positions go from root to tip".to_owned())
+        is_sorted.then_some(Ramp { stops: placed }).ok_or_else(|| format!("'{text}': positions go from root to tip"))
     }
 }
 
@@ -98,7 +98,8 @@ impl FromStr for Mix {
 
     /// Reads a colour and a share: `white:30%`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let (color, part) = text.rsplit_once(':').ok_or("write a colour and a share of the strands: white:30%")?;
+        let wrong = || format!("'{text}': write a colour and a share of the strands: white:30%");
+        let (color, part) = text.rsplit_once(':').ok_or_else(wrong)?;
         Ok(Mix { color: reflectance(color)?, share: share(part, f32::MIN_POSITIVE)? })
     }
 }

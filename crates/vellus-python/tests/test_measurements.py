@@ -184,7 +184,8 @@ def test_ctrl_c_ends_long_work(work):
     with pytest.raises(KeyboardInterrupt):
         work()
         time.sleep(5)
-    assert time.monotonic() - start < 4
+    # Without the signal the simulations and the fit take many minutes. On a busy machine threads end late.
+    assert time.monotonic() - start < 20
 
 
 def test_an_error_of_the_callback_ends_the_work():
