@@ -71,7 +71,11 @@ impl Archive {
             return Err(Error::Version { what: "archive", found: format, allowed: "0" });
         }
         if library < 9999 {
-            return Err(Error::Version { what: "library that wrote the archive", found: library, allowed: "9999 or more" });
+            return Err(Error::Version {
+                what: "library that wrote the archive",
+                found: library,
+                allowed: "9999 or more",
+            });
         }
         let metadata = Metadata::new(&String::from_utf8_lossy(ogawa::data(&bytes, root, 3)?));
         let times = time::read(ogawa::data(&bytes, root, 4)?, root.at())?;
@@ -86,9 +90,8 @@ impl Archive {
     /// # Errors
     /// [`Error::Damaged`] if the file has no such sample.
     pub fn sample(&self, series: &Series, sample: u32) -> Result<Sample<'_>, Error> {
-        let missing = || {
-            damaged(series.group.at(), format!("sample {sample} is missing: there are {}", series.samples))
-        };
+        let missing =
+            || damaged(series.group.at(), format!("sample {sample} is missing: there are {}", series.samples));
         let stored = series.stored(sample).ok_or_else(missing)?;
         // Arrays have data and dimensions in turn.
         let stored = if series.is_array { 2 * stored } else { stored };

@@ -43,7 +43,8 @@ impl Camera {
         let geometry = Geometry::new(archive, object, ".geom", time)?;
         let core = geometry.series(".core").ok_or_else(|| wrong(".core", "is missing"))?;
         let between = archive.times(core).between(time, core.samples);
-        let [from, to] = [archive.sample(core, between.floor)?, archive.sample(core, between.ceil)?].map(|s| s.to_f64());
+        let [from, to] =
+            [archive.sample(core, between.floor)?, archive.sample(core, between.ceil)?].map(|s| s.to_f64());
         let mix = |i: usize| Some(from.get(i)? + between.share * (to.get(i)? - from.get(i)?));
         let all: Option<Vec<f64>> = (0..16).map(mix).collect();
         let Some(&[focal, width, right, height, up, squeeze, left, r, t, b, stop, focus, open, close, near, far]) =

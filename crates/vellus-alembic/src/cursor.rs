@@ -26,9 +26,10 @@ impl<'a> Cursor<'a> {
     }
 
     pub fn bytes(&mut self, count: usize) -> Result<&'a [u8], Error> {
-        let (bytes, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
-            self.error(format!("{count} more bytes are expected, but there are {}", self.rest.len()))
-        })?;
+        let (bytes, rest) = self
+            .rest
+            .split_at_checked(count)
+            .ok_or_else(|| self.error(format!("{count} more bytes are expected, but there are {}", self.rest.len())))?;
         self.rest = rest;
         Ok(bytes)
     }

@@ -109,7 +109,8 @@ mod tests {
 
     #[test]
     fn half_precision_has_its_known_values() {
-        let known = [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (0x0001, 2f64.powi(-24)), (0x3555, 0.333251953125)];
+        let known =
+            [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (0x0001, 2f64.powi(-24)), (0x3555, 0.333251953125)];
         for (bits, value) in known {
             assert_eq!(half(bits), value);
         }

@@ -50,9 +50,7 @@ impl TimeSampling {
                 let (cycle, i) = (sample as usize / times.len(), sample as usize % times.len());
                 times[i] + cycle as f64 * period
             }
-            TimeSampling::Acyclic(times) => {
-                times.get(sample as usize).or(times.last()).copied().unwrap_or_default()
-            }
+            TimeSampling::Acyclic(times) => times.get(sample as usize).or(times.last()).copied().unwrap_or_default(),
         }
     }
 
@@ -151,7 +149,9 @@ mod tests {
         let read = |period, times: &[f64]| read(&bytes(period, times), 0);
         assert_eq!(read(0.5, &[1.0]).unwrap(), [TimeSampling::Uniform { start: 1.0, step: 0.5 }]);
         assert_eq!(read(ACYCLIC, &[1.0, 2.0]).unwrap(), [TimeSampling::Acyclic(vec![1.0, 2.0])]);
-        for (period, times) in [(0.0, &[1.0][..]), (1.0, &[]), (1.0, &[1.0, 1.0]), (1.0, &[0.0, 2.0]), (1.0, &[f64::NAN])] {
+        for (period, times) in
+            [(0.0, &[1.0][..]), (1.0, &[]), (1.0, &[1.0, 1.0]), (1.0, &[0.0, 2.0]), (1.0, &[f64::NAN])]
+        {
             assert!(read(period, times).is_err(), "{period} {times:?}");
         }
         assert!(super::read(&bytes(1.0, &[1.0])[..20], 0).is_err());

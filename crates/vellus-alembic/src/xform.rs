@@ -88,7 +88,8 @@ impl Xform {
     }
 }
 
-const IDENTITY: [[f64; 4]; 4] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+const IDENTITY: [[f64; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
 fn product(a: &[[f64; 4]; 4], b: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..4).map(|k| a[i][k] * b[k][j]).sum()))
@@ -136,7 +137,8 @@ mod tests {
     #[test]
     fn the_last_operation_applies_first() {
         let rotate = Op::Rotate([0.0, 0.0, 2.0], 90.0);
-        let all = Xform { inherits: true, ops: vec![Op::Translate([10.0, 0.0, 0.0]), rotate, Op::Scale([2.0, 3.0, 4.0])] };
+        let all =
+            Xform { inherits: true, ops: vec![Op::Translate([10.0, 0.0, 0.0]), rotate, Op::Scale([2.0, 3.0, 4.0])] };
         let moved = apply(&all, [1.0, 0.0, 1.0]);
         let error = moved.iter().zip([10.0, 2.0, 4.0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-12, "{moved:?}");
