@@ -26,8 +26,8 @@ fn reflectance(text: &str) -> Result<Reflectance, String> {
 /// Which scene.
 #[derive(clap::Args, Clone)]
 pub struct Input {
-    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), strands as .hair or .tfx, or
-    /// meshes as .obj.
+    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), an Alembic archive (.abc),
+    /// strands as .hair or .tfx, or meshes as .obj.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
     /// Use the small version of a built-in scene.
@@ -190,7 +190,7 @@ pub fn explain(error: Error) -> anyhow::Error {
         }
         Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
-            anyhow!("--shutter, --frame, --frames and --camera are for USD files: {} has none", file.display())
+            anyhow!("--shutter, --frame, --frames and --camera are for USD and Alembic files: {} has none", file.display())
         }
         Error::SeveralMeshes { .. } => anyhow!("{error} with --on"),
         other => other.into(),
