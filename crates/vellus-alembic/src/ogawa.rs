@@ -1,9 +1,9 @@
 //! Ogawa, the container of an archive: groups and data, found by their positions in the file.
 //!
-//! The file begins with the word `Ogawa`, a byte that is 0xff if the file was closed, the version (two bytes, the higher
-//! one first), and the position of the root. A group is the number of its children and their positions; data is its size
-//! and its bytes. All numbers are 64-bit and little-endian. The top bit of a position says that it is data. The position
-//! 0 is an empty group, or empty data with the top bit.
+//! The file begins with the word `Ogawa`, a byte that is 0xff if the file was closed, the version (two bytes, the
+//! higher one first), and the position of the root. A group is the number of its children and their positions; data is
+//! its size and its bytes. All numbers are 64-bit and little-endian. The top bit of a position says that it is data.
+//! The position 0 is an empty group, or empty data with the top bit.
 
 use crate::error::{Error, damaged};
 use std::ops::Range;

@@ -146,8 +146,8 @@ impl Series {
         self.first_changed == 0
     }
 
-    /// Where a sample is stored among the samples of the file, which leaves out equal ones at both ends. `None` if there
-    /// is no such sample.
+    /// Where a sample is stored among the samples of the file, which leaves out equal ones at both ends. `None` if
+    /// there is no such sample.
     pub(crate) fn stored(&self, sample: u32) -> Option<usize> {
         if sample >= self.samples {
             return None;
@@ -167,10 +167,10 @@ pub(crate) struct Header {
     pub series: Option<Series>,
 }
 
-/// Reads the header of one property. The bits of the first word: 0 and 1 the kind (0 compound, 1 scalar, 2 and 3 array);
-/// 2 and 3 the size of the numbers that follow; 4 to 7 the type; 8 whether there is a time sampling; 9 whether there are
-/// the first and the last sample that change; 11 whether all samples are equal; 12 to 19 the extent; 20 to 27 the index
-/// of the metadata, 255 if it follows.
+/// Reads the header of one property. The bits of the first word: 0 and 1 the kind (0 compound, 1 scalar, 2 and 3
+/// array); 2 and 3 the size of the numbers that follow; 4 to 7 the type; 8 whether there is a time sampling; 9 whether
+/// there are the first and the last sample that change; 11 whether all samples are equal; 12 to 19 the extent; 20 to 27
+/// the index of the metadata, 255 if it follows.
 pub(crate) fn header(cursor: &mut Cursor, indexed: &[Metadata], samplings: usize) -> Result<Header, Error> {
     let info = cursor.u32()?;
     let bits = |first: u32, count: u32| (info >> first) & ((1 << count) - 1);

@@ -190,7 +190,10 @@ pub fn explain(error: Error) -> anyhow::Error {
         }
         Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
-            anyhow!("--shutter, --frame, --frames and --camera are for USD and Alembic files: {} has none", file.display())
+            anyhow!(
+                "--shutter, --frame, --frames and --camera are for USD and Alembic files: {} has none",
+                file.display()
+            )
         }
         Error::SeveralMeshes { .. } => anyhow!("{error} with --on"),
         other => other.into(),

@@ -86,10 +86,13 @@ fn attributes_of_grooms_are_used() {
     let colors: Vec<f32> = (0..18).map(|i| 0.01 * i as f32).collect();
     let attributes = vec![
         Prop::array("groom_guide", I8, 1, vec![0, 1, 0]).metadata("geoScope=uni"),
-        Prop::compound("groom_group_name", vec![
-            Prop::array(".vals", TEXT, 1, texts(&["body", "tail"])),
-            Prop::array(".indices", U32, 1, i32s(&[1, 0, 0])),
-        ]),
+        Prop::compound(
+            "groom_group_name",
+            vec![
+                Prop::array(".vals", TEXT, 1, texts(&["body", "tail"])),
+                Prop::array(".indices", U32, 1, i32s(&[1, 0, 0])),
+            ],
+        ),
         Prop::array("groom_root_uv", F32, 2, f32s(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6])),
         Prop::array("groom_color", F32, 3, f32s(&colors)),
         Prop::array("groom_width", F32, 1, f32s(&[2.0, 4.0, 6.0])),
@@ -194,9 +197,12 @@ fn meshes_face_outwards() {
 fn objects_have_their_places() {
     let hidden = Prop::scalar("visible", I8, 1, vec![0]);
     let core = [50.0, 3.6, 0.0, 2.4, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 5.6, 500.0, 0.0, 0.0, 1.0, 1000.0];
-    let eye = Obj::new("cam", "AbcGeom_Camera_v1", vec![
-        Prop::compound(".geom", vec![Prop::scalar(".core", F64, 16, f64s(&core))]),
-    ], vec![]);
+    let eye = Obj::new(
+        "cam",
+        "AbcGeom_Camera_v1",
+        vec![Prop::compound(".geom", vec![Prop::scalar(".core", F64, 16, f64s(&core))])],
+        vec![],
+    );
     let moved = |name, children| xform(name, vec![0x10], vec![f64s(&[0.0, 0.0, 5.0])], children);
     let objects = vec![
         curves("fox", vec![], vec![]),
@@ -254,18 +260,20 @@ fn changed_bytes_give_valid_scenes() {
         Prop::array("groom_root_uv", F32, 2, f32s(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6])),
         Prop::array("Cd", F32, 3, f32s(&[0.3; 18])),
     ];
+    let knots = [0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 1, 2, 3, 3, 3, 3].map(|knot| knot as f32);
     let spline = |name, kinds: Vec<u8>| {
         let own = vec![
             Prop::array("nVertices", I32, 1, i32s(&[4, 6])),
             Prop::scalar("curveBasisAndType", U8, 4, kinds),
-            Prop::array(".knots", F32, 1, f32s(&[0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0])),
+            Prop::array(".knots", F32, 1, f32s(&knots)),
             Prop::array("P", F32, 3, f32s(&[0.5; 30])),
             Prop::array("width", F32, 1, f32s(&[0.1; 10])),
         ];
         Obj::new(name, "AbcGeom_Curve_v2", vec![Prop::compound(".geom", own)], vec![])
     };
+    let identity = glam::DMat4::IDENTITY.to_cols_array();
     let objects = vec![
-        xform("x", vec![0x30], vec![f64s(&glam::DMat4::IDENTITY.to_cols_array())], vec![curves("fox", attributes, vec![])]),
+        xform("x", vec![0x30], vec![f64s(&identity)], vec![curves("fox", attributes, vec![])]),
         spline("spline", vec![0, 0, 2, 2]),
         spline("hermite", vec![0, 0, 4, 4]),
         spline("loop", vec![0, 1, 3, 3]),
