@@ -106,7 +106,7 @@ impl Attribute {
             None => None,
         };
         let read = match values.pod {
-            Pod::F16 | Pod::F32 if !is_indexed => Values::Single(singles(archive, values, time)?),
+            Pod::F16 | Pod::F32 if !is_indexed => Values::Single(rows::<1>(archive, values, time)?.into_flattened()),
             _ => Values::new(&floor(archive, values, time)?),
         };
         let metadata = match &property.kind {
@@ -219,16 +219,19 @@ pub(crate) fn floor<'a>(archive: &'a Archive, series: &Series, time: f64) -> Res
     archive.sample(series, archive.times(series).between(time, series.samples).floor)
 }
 
-/// Numbers at a time, interpolated between samples of the same length.
-pub(crate) fn singles(archive: &Archive, series: &Series, time: f64) -> Result<Vec<f32>, Error> {
+/// Rows of numbers at a time, interpolated between samples of the same length.
+pub(crate) fn rows<const N: usize>(archive: &Archive, series: &Series, time: f64) -> Result<Vec<[f32; N]>, Error> {
     let between = archive.times(series).between(time, series.samples);
-    let mut values = archive.sample(series, between.floor)?.to_f32();
+    let mut rows = archive.sample(series, between.floor)?.to_rows::<N>();
     if series.stored(between.floor) != series.stored(between.ceil) {
-        let next = archive.sample(series, between.ceil)?.to_f32();
-        if next.len() == values.len() {
+        let next = archive.sample(series, between.ceil)?.to_rows::<N>();
+        if next.len() == rows.len() {
             let share = between.share as f32;
-            values.iter_mut().zip(next).for_each(|(value, next)| *value += share * (next - *value));
+            let mix = |row: &mut [f32; N], next: [f32; N]| {
+                *row = std::array::from_fn(|i| row[i] + share * (next[i] - row[i]))
+            };
+            rows.iter_mut().zip(next).for_each(|(row, next)| mix(row, next));
         }
     }
-    Ok(values)
+    Ok(rows)
 }

@@ -1,7 +1,7 @@
 //! What curves and meshes have in common: points, numbers of points, and the samples of one time.
 
 use crate::archive::{Archive, Object};
-use crate::attribute::{Attribute, floor, singles};
+use crate::attribute::{Attribute, floor, rows};
 use crate::error::{Error, wrong};
 use crate::property::{Property, Series};
 
@@ -31,9 +31,13 @@ impl<'a> Geometry<'a> {
 
     /// Numbers of the last sample that is not later, or if `blend`, between samples.
     pub fn numbers(&self, name: &str, blend: bool) -> Result<Option<Vec<f32>>, Error> {
+        Ok(self.rows::<1>(name, blend)?.map(Vec::into_flattened))
+    }
+
+    fn rows<const N: usize>(&self, name: &str, blend: bool) -> Result<Option<Vec<[f32; N]>>, Error> {
         let read = |series| match blend {
-            true => singles(self.archive, series, self.time),
-            false => Ok(floor(self.archive, series, self.time)?.to_f32()),
+            true => rows(self.archive, series, self.time),
+            false => Ok(floor(self.archive, series, self.time)?.to_rows()),
         };
         self.series(name).map(read).transpose()
     }
@@ -46,12 +50,13 @@ impl<'a> Geometry<'a> {
 
     /// Vectors with three coordinates.
     pub fn vectors(&self, name: &str, blend: bool) -> Result<Option<Vec<[f32; 3]>>, Error> {
-        let Some(numbers) = self.numbers(name, blend)? else { return Ok(None) };
-        let (vectors, rest) = numbers.as_chunks::<3>();
-        if !rest.is_empty() {
-            return Err(wrong(name, format!("has {} numbers: they must be threes", numbers.len())));
+        if let Some(series) = self.series(name) {
+            let numbers = floor(self.archive, series, self.time)?.len();
+            if numbers % 3 != 0 {
+                return Err(wrong(name, format!("has {numbers} numbers: they must be threes")));
+            }
         }
-        Ok(Some(vectors.to_vec()))
+        self.rows(name, blend)
     }
 
     /// Whether a property has the same values in both samples around the time.

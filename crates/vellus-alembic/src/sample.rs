@@ -44,6 +44,15 @@ impl<'a> Sample<'a> {
         self.numbers(|x| x as f32, |x| x as f32)
     }
 
+    /// All numbers in single precision, in rows of N. Numbers of an incomplete row are left out. Nothing for text.
+    pub fn to_rows<const N: usize>(&self) -> Vec<[f32; N]> {
+        if self.pod == Pod::F32 {
+            let rows = self.bytes.as_chunks::<4>().0.as_chunks::<N>().0;
+            return rows.iter().map(|row| row.map(f32::from_le_bytes)).collect();
+        }
+        self.to_f32().as_chunks::<N>().0.to_vec()
+    }
+
     /// All numbers as integers, rounded towards 0; those without a sign of 64 bits are at most `i64::MAX`. Nothing for
     /// text.
     pub fn to_i64(&self) -> Vec<i64> {
