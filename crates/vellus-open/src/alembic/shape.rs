@@ -38,6 +38,8 @@ impl Shape {
         let all = |order: u8| !curves.orders.is_empty() && curves.orders.iter().all(|own| *own == order);
         let straight = |what: &str| Some(format!("{what}: its strands are straight between their points"));
         let (basis, note) = match (curves.kind, curves.basis) {
+            // Blender's Catmull-Rom curves. Its straight ones have no basis.
+            (CurveType::Linear, CurveBasis::CatmullRom) => (CurveBasis::CatmullRom, None),
             (CurveType::Linear, _) => (CurveBasis::None, None),
             (CurveType::VariableOrder, _) if all(2) => (CurveBasis::None, None),
             (CurveType::VariableOrder, _) if all(4) => (CurveBasis::BSpline, None),
@@ -319,6 +321,8 @@ mod tests {
             Err(what) => what,
         };
         assert_eq!(note(CurveType::Cubic, CurveBasis::Bezier, &[4]), "Bezier ");
+        assert_eq!(note(CurveType::Linear, CurveBasis::Bezier, &[4]), "Linear ");
+        assert_eq!(note(CurveType::Linear, CurveBasis::CatmullRom, &[4]), "CatmullRom ");
         assert!(note(CurveType::Cubic, CurveBasis::Bezier, &[5]).starts_with("CatmullRom its Bézier curves do not"));
         assert!(note(CurveType::Cubic, CurveBasis::None, &[5]).starts_with("Linear its cubic curves have no basis"));
         assert!(note(CurveType::VariableOrder, CurveBasis::BSpline, &[5]).starts_with("Linear only curves of"));

@@ -83,7 +83,7 @@ fn a_file_of_blender_has_the_strands_of_its_usd() {
 /// Guides are left out, groups are sets with their names, and colours, uv and widths follow their strands.
 #[test]
 fn attributes_of_grooms_are_used() {
-    let colors: Vec<f32> = (0..18).map(|i| 0.01 * i as f32).collect();
+    let colors: Vec<f32> = (0..18).map(|i| i as f32 / 64.0).collect();
     let attributes = vec![
         Prop::array("groom_guide", I8, 1, vec![0, 1, 0]).metadata("geoScope=uni"),
         Prop::compound(
@@ -105,7 +105,9 @@ fn attributes_of_grooms_are_used() {
     assert_eq!((body.name.as_str(), roots(body)), ("/fox/body", vec![[2.0, 0.0, 0.0]]));
     assert_eq!((tail.points[0].w, body.points[1].w), (1.0, 3.0));
     assert_eq!(body.root_uv.as_ref().unwrap()[0].to_array(), [0.5, 0.6]);
-    let colors = Values::PerPoint(vec![[0.12, 0.13, 0.14], [0.15, 0.16, 0.17]]);
+    let colors = Values::PerPoint(
+        vec![[12.0, 13.0, 14.0], [15.0, 16.0, 17.0]].into_iter().map(|c| c.map(|x| x / 64.0)).collect(),
+    );
     assert_eq!(body.varying, [(Parameter::Reflectance, colors)]);
     let warnings = warnings(&opened);
     assert_eq!(warnings.len(), 2, "{warnings:?}");
