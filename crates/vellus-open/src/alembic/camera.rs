@@ -36,7 +36,8 @@ pub(super) fn shown(reader: &mut Reader, place: &Place, camera: &Camera) -> Opti
         moved: (moved != to_world).then_some(moved),
         film_width: film(camera.horizontal_aperture * camera.lens_squeeze_ratio),
         film_height: film(camera.vertical_aperture),
-        fit: Fit::Expand,
+        // As Houdini and Blender do: Blender writes the height of the sensor, not that of the picture.
+        fit: Fit::AdjustHeight,
         // The unit of the scene is not known, so neither is the size of the lens.
         lens_radius: 0.0,
         focus_distance: 1.0,

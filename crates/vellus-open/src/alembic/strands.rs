@@ -170,22 +170,19 @@ fn colors(
     color: &Attribute,
 ) -> Option<(Parameter, Values<[f32; 3]>)> {
     let mut spread = shape.spread::<3>(color);
+    let is_outside = |row: usize| (0..3).any(|lane| color.number(row, lane).is_some_and(|x| x < 0.0 || x > 1.0));
+    let outside = (0..color.rows()).any(is_outside);
     let range = Parameter::Reflectance.range();
-    let mut is_outside = false;
-    // Phantom points may be outside, too.
     let hold = |value: &mut [f32; 3]| {
-        for x in value.iter_mut().filter(|x| x.is_finite() && !range.contains(**x)) {
-            is_outside = true;
-            *x = range.nearest(*x);
-        }
+        value.iter_mut().filter(|x| x.is_finite()).for_each(|x| *x = range.nearest(*x));
     };
     match &mut spread {
         Some(Values::Constant(value)) if value.iter().any(|x| !x.is_finite()) => spread = None,
-        Some(Values::Constant(value)) => std::slice::from_mut(value).iter_mut().for_each(hold),
+        Some(Values::Constant(value)) => hold(value),
         Some(Values::PerStrand(all) | Values::PerPoint(all)) => all.iter_mut().for_each(hold),
         None => {}
     }
-    let held = is_outside.then(|| format!("colours of {} outside of {range} are clamped", color.name));
+    let held = outside.then(|| format!("colours of {} outside of [0, 1] are clamped", color.name));
     let note = if spread.is_none() { Some(misfit(shape, color)) } else { held };
     reader.note(place, note);
     spread.map(|values| (Parameter::Reflectance, values))
