@@ -14,8 +14,8 @@ const SKIN: [f32; 3] = [0.18; 3];
 /// Strands without widths are left out, and a warning names them. The meshes of an .obj file get the surface `skin`.
 ///
 /// # Errors
-/// [`Error::Read`], [`Error::Strands`], [`Error::Usd`], [`Error::Alembic`] or [`Error::Empty`] if the file cannot be read
-/// or is invalid.
+/// [`Error::Read`], [`Error::Strands`], [`Error::Usd`], [`Error::Alembic`] or [`Error::Empty`] if the file cannot be
+/// read or is invalid.
 pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
     let path = path.as_ref();
     if is_obj(path) {

@@ -69,13 +69,13 @@ pub struct Input {
     /// 100%: interpolate between them, for guides and thin coats; at most 10000%.
     #[arg(long, value_parser = parse::multiple, value_name = "PERCENT", allow_hyphen_values = true)]
     pub strands: Option<f32>,
-    /// Camera of a USD file, by name or path [default: that of its RenderSettings, or the first].
+    /// Camera of the file, by name or path [default: that of its RenderSettings, or the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// End with an error if there is a warning about the scene. For farms and checks.
     #[arg(long)]
     strict: bool,
-    /// Time code of a USD file.
+    /// Time code of a USD file, or frame of an Alembic archive.
     #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
     /// When the shutter opens and closes, in frames relative to the frame, e.g. -0.25:0.25. `off` is no motion blur
