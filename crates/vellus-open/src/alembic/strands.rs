@@ -170,7 +170,9 @@ fn colors(
     color: &Attribute,
 ) -> Option<(Parameter, Values<[f32; 3]>)> {
     let mut spread = shape.spread::<3>(color);
-    let is_outside = |row: usize| (0..3).any(|lane| color.number(row, lane).is_some_and(|x| x < 0.0 || x > 1.0));
+    let is_outside = |row: usize| {
+        (0..3).any(|lane| color.number(row, lane).is_some_and(|x| x.is_finite() && !(0.0..=1.0).contains(&x)))
+    };
     let outside = (0..color.rows()).any(is_outside);
     let range = Parameter::Reflectance.range();
     let hold = |value: &mut [f32; 3]| {
