@@ -89,6 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         std::fs::copy(&text, at(&file))?;
         save("usda", &file, &std::fs::read(&text)?)?;
     }
+    save("abc", "blender.abc", &std::fs::read(tests.join("blender/fur_catmull_rom.abc"))?)?;
     for document in [own.join("own_nodes.mtlx"), tests.join("hair.mtlx")] {
         let file = document.file_name().ok_or("it has a name")?.to_string_lossy().into_owned();
         save("mtlx", &file, &std::fs::read(&document)?)?;

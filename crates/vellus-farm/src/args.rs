@@ -59,7 +59,7 @@ pub struct PlanArgs {
     /// medulla.
     #[arg(value_name = "SCENE|experiments|tables")]
     scene: String,
-    /// Frames of a USD file: A to B, or every S-th of them. Default: one picture.
+    /// Frames of a file: A to B, or every S-th of them. Default: one picture.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]")]
     frames: Option<String>,
     /// Samples a pixel.

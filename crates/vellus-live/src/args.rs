@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// SSH, forward the port: ssh -L 7878:localhost:7878 HOST. Ctrl-C ends the server.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), strands as .hair or .tfx, or
-    /// meshes as .obj.
+    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), an Alembic archive (.abc),
+    /// strands as .hair or .tfx, or meshes as .obj.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
     /// Use the small version of a built-in scene.

@@ -11,18 +11,35 @@ use vellus_scene::{Broken, MAX_COPIED};
 pub enum Error {
     /// The name is neither that of a built-in scene nor that of a file of a supported format.
     #[error(
-        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair, .tfx or .obj file",
+        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .abc, .hair, .tfx or .obj file",
         .0.display(),
         vellus_groom::SCENES.map(|(name, _)| name).join(", ")
     )]
     Unknown(PathBuf),
-    /// The file is Alembic, which Vellus does not read.
-    #[error(
-        "{}: Vellus does not read Alembic; Blender as a Python module (pip install bpy) converts it:\n  {}",
-        .0.display(),
-        alembic_command(.0)
-    )]
-    Alembic(PathBuf),
+    /// An Alembic archive cannot be read.
+    #[error("{}", path.display())]
+    Alembic {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: vellus_alembic::Error,
+    },
+    /// An Alembic archive has nothing that can be shown.
+    #[error("{}: it has no curves and no meshes that can be shown{}", path.display(), indented(warnings))]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with its objects.
+        warnings: Vec<Warning>,
+    },
+    /// An Alembic archive has no camera with this name or path.
+    #[error("{}: it has no camera called {name}", path.display())]
+    NoCamera {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
     /// An option that is only for files is set for a built-in scene.
     #[error("a width, a camera, a frame and a shutter are for files: the built-in scene {0} has its own")]
     BuiltIn(String),
@@ -33,13 +50,13 @@ pub enum Error {
     #[error("--camera and --view exclude each other: each sets the camera")]
     TwoCameras,
     /// The body is not a file of a supported format.
-    #[error("--body {}: it must be a .obj, .usda, .usdc or .usdz file", .0.display())]
+    #[error("--body {}: it must be a .obj, .usda, .usdc, .usdz or .abc file", .0.display())]
     Body(PathBuf),
     /// A fibre cannot be changed.
     #[error(transparent)]
     Fiber(#[from] FiberError),
-    /// A camera, a frame or a shutter is set for a file that is not USD.
-    #[error("a camera, a frame and a shutter are for USD files: {} has none of them", .0.display())]
+    /// A camera, a frame or a shutter is set for a file that is neither USD nor Alembic.
+    #[error("a camera, a frame and a shutter are for USD and Alembic files: {} has none of them", .0.display())]
     NotUsd(PathBuf),
     /// A file cannot be read.
     #[error("cannot read {}", path.display())]
@@ -119,7 +136,7 @@ pub enum Error {
 
 /// All warnings, one a line.
 fn strict(warnings: &[Warning]) -> String {
-    let lines: String = warnings.iter().map(|warning| format!("\n  {warning}")).collect();
+    let lines = indented(warnings);
     let count = if warnings.len() == 1 {
         "a warning is an error".to_owned()
     } else {
@@ -128,16 +145,9 @@ fn strict(warnings: &[Warning]) -> String {
     format!("{count} with --strict:{lines}")
 }
 
-/// The command that converts an Alembic file to a USD file with the same name.
-fn alembic_command(path: &Path) -> String {
-    let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', "'\\''"));
-    format!(
-        "python -c 'import bpy, sys; w = bpy.ops.wm; w.read_factory_settings(use_empty=True); \
-         w.alembic_import(filepath=sys.argv[1]); \
-         w.usd_export(filepath=sys.argv[2], export_animation=True, export_hair=True)' {} {}",
-        quoted(path),
-        quoted(&path.with_extension("usdc"))
-    )
+/// Warnings, each on a line of its own.
+fn indented(warnings: &[Warning]) -> String {
+    warnings.iter().map(|warning| format!("\n  {warning}")).collect()
 }
 
 /// A warning about a scene that was opened.
@@ -146,6 +156,13 @@ fn alembic_command(path: &Path) -> String {
 pub enum Warning {
     /// A USD file has something that is not supported.
     Usd(vellus_usd::Warning),
+    /// An Alembic archive has something that is not supported.
+    Alembic {
+        /// The path of the object, or of the file.
+        object: String,
+        /// What is not supported, and what happens instead.
+        what: String,
+    },
     /// A fibre is set in the [`Options`](crate::Options), but strands of the file do not use it.
     UnusedFiber {
         /// The file.
@@ -213,6 +230,7 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Warning::Usd(warning) => warning.fmt(f),
+            Warning::Alembic { object, what } => write!(f, "{object}: {what}"),
             Warning::UnusedFiber { file, why } => {
                 write!(f, "{}: --fiber and --set are ignored: {why}", file.display())
             }

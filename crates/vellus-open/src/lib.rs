@@ -1,5 +1,5 @@
-//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), strands as .hair or
-//! .tfx, or meshes as .obj.
+//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), an Alembic archive
+//! (.abc), strands as .hair or .tfx, or meshes as .obj.
 //!
 //! [`Staging`] adds a camera, lights and a background to a file without them, and [`Recolor`] changes its fibres.
 //!
@@ -18,6 +18,7 @@
 //! ```
 #![warn(clippy::print_stdout)]
 
+mod alembic;
 mod color;
 mod digest;
 mod error;
@@ -72,12 +73,12 @@ pub struct Options {
     pub strands: Option<f32>,
     /// How strands follow those between which they are interpolated.
     pub interpolation: Interpolation,
-    /// Camera of a USD file, by name or path. `None` is the first one.
+    /// Camera of a USD or Alembic file, by name or path. `None` is the first one.
     pub camera: Option<String>,
-    /// Time code of a USD file. `None` is its startTimeCode.
+    /// Time code of a USD file; `None` is its startTimeCode. Frame of an Alembic archive; `None` is its first sample.
     pub frame: Option<f64>,
-    /// When the shutter opens and closes, in time codes of a USD file relative to the frame, in this order. Equal times
-    /// are no motion blur. `None` is the shutter of the camera.
+    /// When the shutter opens and closes, in time codes or frames relative to the frame, in this order. Equal times are
+    /// no motion blur. `None` is the shutter of the camera.
     pub shutter: Option<[f64; 2]>,
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
@@ -108,7 +109,7 @@ pub struct Opened {
     pub staged: Option<String>,
     /// What a USD file says about its picture.
     pub settings: Option<RenderSettings>,
-    /// The time and the lens of a USD file.
+    /// The time and the lens of a USD or Alembic file.
     pub shot: Option<Shot>,
     /// The header of a .hair file. Its thickness is `None` if [`Options::width`] replaces it.
     pub header: Option<HairHeader>,
@@ -153,6 +154,8 @@ pub enum Format {
     BuiltIn(&'static str),
     /// A USD file.
     Usd,
+    /// An Alembic archive.
+    Alembic,
     /// Strands in the format of Cem Yuksel.
     Hair,
     /// Strands in the format of TressFX.
@@ -165,7 +168,7 @@ impl Format {
     /// The format of a scene.
     ///
     /// # Errors
-    /// [`Error::Unknown`], [`Error::Alembic`].
+    /// [`Error::Unknown`].
     pub fn of(scene: impl AsRef<Path>) -> Result<Self, Error> {
         let scene = scene.as_ref();
         if let Some((name, _)) = vellus_groom::SCENES.iter().find(|(name, _)| scene.to_str() == Some(name)) {
@@ -175,7 +178,7 @@ impl Format {
             Some("hair") => Ok(Format::Hair),
             Some("tfx") => Ok(Format::Tfx),
             _ if mesh::is_obj(scene) => Ok(Format::Obj),
-            Some("abc") => Err(Error::Alembic(scene.to_owned())),
+            Some("abc") => Ok(Format::Alembic),
             Some("usda" | "usdc" | "usdz" | "usd") => Ok(Format::Usd),
             _ => Err(Error::Unknown(scene.to_owned())),
         }
@@ -185,7 +188,7 @@ impl Format {
 /// Checks that a scene may have these options, without reading a file. Files that options name must exist.
 ///
 /// # Errors
-/// [`Error::Unknown`], [`Error::Alembic`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`].
+/// [`Error::Unknown`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`].
 /// [`Error::Body`] or [`Error::Read`] for the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();
@@ -208,8 +211,9 @@ pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error
 /// Opens a scene: the name of a built-in scene, or the path of a file.
 ///
 /// # Errors
-/// Those of [`check`]. [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
-/// [`Error::Broken`] if nothing of it can be rendered. [`Error::Strict`] if there are warnings, and none may be.
+/// Those of [`check`]. [`Error::Read`], [`Error::Strands`], [`Error::Usd`] or [`Error::Alembic`] if the file cannot be
+/// read or is invalid. [`Error::NoCamera`] if an archive lacks the camera. [`Error::Broken`] or [`Error::Empty`] if
+/// nothing of it can be rendered. [`Error::Strict`] if there are warnings, and none may be.
 /// [`Error::Fiber`] if [`Options::recolor`] is wrong for a fibre of the scene.
 pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error> {
     // Strands without widths get the width 0 first, and later a suggested one.
@@ -321,6 +325,7 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
             return Ok(Opened { scene, sources, ..Opened::default() });
         }
         Format::Usd => return open_usd(path, options, missing),
+        Format::Alembic => return alembic::open(path, options, missing),
         Format::Hair => {
             let bytes = read(path, ".hair", &mut sources)?;
             let own = vellus_groom::hair_header(&bytes, &file)?;

@@ -1,6 +1,6 @@
 //! Meshes to grow on, and the images of what grows.
 
-use crate::{Error, Opened, Warning, read};
+use crate::{Error, Format, Opened, Options, Warning, alembic, read};
 use std::path::Path;
 use vellus_groom::{Coat, Group};
 use vellus_io::Sources;
@@ -9,12 +9,13 @@ use vellus_scene::{Look, Mesh, Scene, Surface, Texture};
 /// The reflectance of a mesh whose file has no colours.
 const SKIN: [f32; 3] = [0.18; 3];
 
-/// Opens a scene with meshes: a USD file or an .obj file.
+/// Opens a scene with meshes: a USD file, an Alembic archive or an .obj file.
 ///
 /// Strands without widths are left out, and a warning names them. The meshes of an .obj file get the surface `skin`.
 ///
 /// # Errors
-/// [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
+/// [`Error::Read`], [`Error::Strands`], [`Error::Usd`], [`Error::Alembic`] or [`Error::Empty`] if the file cannot be
+/// read or is invalid.
 pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
     let path = path.as_ref();
     if is_obj(path) {
@@ -27,9 +28,14 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
         };
         return Ok(Opened { scene, sources, ..Opened::default() });
     }
-    let options = vellus_usd::Options { default_width: Some(0.0), ..Default::default() };
-    let vellus_usd::Reading { mut scene, warnings, sources, .. } = vellus_usd::read(path, &options)?;
-    let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
+    let (mut scene, mut warnings, sources) = if matches!(Format::of(path), Ok(Format::Alembic)) {
+        let Opened { scene, warnings, sources, .. } = alembic::open(path, &Options::default(), Some(0.0))?;
+        (scene, warnings, sources)
+    } else {
+        let options = vellus_usd::Options { default_width: Some(0.0), ..Default::default() };
+        let vellus_usd::Reading { scene, warnings, sources, .. } = vellus_usd::read(path, &options)?;
+        (scene, warnings.into_iter().map(Warning::Usd).collect::<Vec<_>>(), sources)
+    };
     scene.strands.retain(|strands| {
         let has_width = strands.points.iter().any(|p| p.w > 0.0);
         if !has_width {

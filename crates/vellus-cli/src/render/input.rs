@@ -26,8 +26,8 @@ fn reflectance(text: &str) -> Result<Reflectance, String> {
 /// Which scene.
 #[derive(clap::Args, Clone)]
 pub struct Input {
-    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), strands as .hair or .tfx, or
-    /// meshes as .obj.
+    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), an Alembic archive (.abc),
+    /// strands as .hair or .tfx, or meshes as .obj.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
     /// Use the small version of a built-in scene.
@@ -69,13 +69,13 @@ pub struct Input {
     /// 100%: interpolate between them, for guides and thin coats; at most 10000%.
     #[arg(long, value_parser = parse::multiple, value_name = "PERCENT", allow_hyphen_values = true)]
     pub strands: Option<f32>,
-    /// Camera of a USD file, by name or path [default: that of its RenderSettings, or the first].
+    /// Camera of the file, by name or path [default: that of its RenderSettings, or the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// End with an error if there is a warning about the scene. For farms and checks.
     #[arg(long)]
     strict: bool,
-    /// Time code of a USD file.
+    /// Time code of a USD file, or frame of an Alembic archive.
     #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
     /// When the shutter opens and closes, in frames relative to the frame, e.g. -0.25:0.25. `off` is no motion blur
@@ -190,7 +190,10 @@ pub fn explain(error: Error) -> anyhow::Error {
         }
         Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
-            anyhow!("--shutter, --frame, --frames and --camera are for USD files: {} has none", file.display())
+            anyhow!(
+                "--shutter, --frame, --frames and --camera are for USD and Alembic files: {} has none",
+                file.display()
+            )
         }
         Error::SeveralMeshes { .. } => anyhow!("{error} with --on"),
         other => other.into(),

@@ -72,7 +72,7 @@ pub struct Args {
     #[arg(long, value_parser = parse::samples(MAX_SAMPLES), allow_hyphen_values = true)]
     #[arg(value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
-    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on, and
+    /// Render the frames A to B of a file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on, and
     /// `fur_##.exr` becomes `fur_01.exr`. --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,

@@ -62,8 +62,8 @@ impl Staging {
             Some(Backdrop::Image(path)) => Some(path),
             _ => None,
         };
-        if let Some(body) = self.body.as_ref().filter(|body| !matches!(Format::of(body), Ok(Format::Obj | Format::Usd)))
-        {
+        let has_meshes = |body: &PathBuf| matches!(Format::of(body), Ok(Format::Obj | Format::Usd | Format::Alembic));
+        if let Some(body) = self.body.as_ref().filter(|body| !has_meshes(body)) {
             return Err(Error::Body(body.clone()));
         }
         [image, behind, self.body.as_ref()].into_iter().flatten().try_for_each(|path| {

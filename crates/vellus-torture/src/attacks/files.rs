@@ -14,7 +14,8 @@ use std::process::{Command, Stdio};
 use vellus_testing::program::{Limited, Running};
 
 /// Files of other programs: the repository's own test data.
-const SAMPLES: [(&str, &[u8]); 9] = [
+const SAMPLES: [(&str, &[u8]); 10] = [
+    ("abc", include_bytes!("../../../vellus-usd/tests/data/blender/fur_catmull_rom.abc")),
     ("usda", include_bytes!("../../../vellus-usd/tests/data/blender_5_2.usda")),
     ("usda", include_bytes!("../../../vellus-usd/tests/data/chiang.usda")),
     ("usda", include_bytes!("../../../vellus-usd/tests/data/principled_hair.usda")),
@@ -150,7 +151,7 @@ fn commands(extension: &str) -> &'static [&'static str] {
         "render sky.usda --size 8x6 --spp 1 --float -o out.exr",
     ];
     match extension {
-        "usda" | "usdc" | "usdz" => SCENE,
+        "usda" | "usdc" | "usdz" | "abc" => SCENE,
         "hair" | "tfx" => &SCENE[..3],
         "obj" => &["groom grow FILE --count 6 -o out.usda"],
         "png" | "hdr" => IMAGE,

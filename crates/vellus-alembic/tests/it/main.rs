@@ -1,0 +1,6 @@
+//! Tests of whole archives, which the tests write.
+
+mod archive;
+mod hostile;
+mod schemas;
+mod writer;

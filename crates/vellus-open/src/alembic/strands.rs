@@ -1,0 +1,243 @@
+//! Curves as sets of strands: widths, texture coordinates, colours, guides and groups.
+
+use super::place::Place;
+use super::shape::Shape;
+use super::{Reader, Skipped};
+use crate::Warning;
+use glam::Vec2;
+use std::collections::BTreeMap;
+use vellus_alembic::{Attribute, Curves, attributes};
+use vellus_scene::{Parameter, Strands, Values};
+
+/// Attributes with the diameter, before and after the widths of the schema.
+const WIDTHS: [&[&str]; 2] = [&["groom_width"], &["width", "widths", "pscale"]];
+/// Attributes with the texture coordinates of the roots, before and after those of the schema.
+const UV: [&[&str]; 2] = [&["groom_root_uv"], &["uv", "st"]];
+/// Attributes with colours.
+const COLORS: [&str; 3] = ["groom_color", "Cd", "displayColor"];
+/// Attributes with the groups of strands: names, and numbers.
+const GROUPS: [&str; 2] = ["groom_group_name", "groom_group_id"];
+/// The attribute that says which strands are guides.
+const GUIDE: &str = "groom_guide";
+/// Attributes that change no picture.
+const WITHOUT_EFFECT: [&str; 7] =
+    ["groom_version_major", "groom_version_minor", "groom_tool", "groom_properties", "groom_id", "id", "name"];
+
+/// The most sets of strands that the groups of an object become.
+const MAX_GROUPS: usize = 64;
+
+/// The strands of an object.
+pub(super) struct Found {
+    /// Its hair, one set for each group.
+    pub hair: Vec<Strands>,
+    /// Its guides.
+    pub guides: Vec<Strands>,
+}
+
+/// Reads the strands of an object.
+pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped> {
+    let archive = reader.archive;
+    let object = &archive.objects[place.object];
+    if !place.is_regular() {
+        return Err(Skipped::part("its transform flattens the strands: no scale may be 0"));
+    }
+    let [open, close] = reader.times;
+    let curves = Curves::read(archive, object, open)?;
+    let (shape, note) = Shape::new(&curves).map_err(Skipped::part)?;
+    reader.note(place, note);
+    if shape.strands() == 0 {
+        return Err(Skipped::part("it has no curves"));
+    }
+    let too_many = || Skipped::part("it has more than a billion points");
+    let (starts, points) = shape.points(&curves.positions).ok_or_else(too_many)?;
+    let positions = place.open(&points);
+    let moved = if close > open {
+        let later = Curves::read(archive, object, close)?;
+        // Other curves have no motion.
+        let same = later.counts == curves.counts && (later.kind, later.basis) == (curves.kind, curves.basis);
+        let later = shape.points(&later.positions).filter(|_| same);
+        later.map(|(_, later)| place.close(&later)).filter(|later| *later != positions)
+    } else {
+        None
+    };
+
+    let mut known = Vec::new();
+    for property in attributes(object) {
+        let name = property.name.as_str();
+        let is_used = WIDTHS.concat().contains(&name)
+            || UV.concat().contains(&name)
+            || COLORS.contains(&name)
+            || GROUPS.contains(&name)
+            || name == GUIDE;
+        if !is_used {
+            if !WITHOUT_EFFECT.contains(&name) {
+                reader.unknown.insert(property.name.clone());
+            }
+            continue;
+        }
+        match Attribute::read(archive, property, open) {
+            Ok(attribute) => known.push(attribute),
+            Err(error) => reader.note(place, Some(format!("{error}: it is ignored"))),
+        }
+    }
+    let named = |names: &[&str]| names.iter().find_map(|name| known.iter().find(|found| found.name == *name));
+    let widths = named(WIDTHS[0]).or(curves.widths.as_ref()).or(named(WIDTHS[1]));
+    let radii = radii(reader, place, &shape, &starts, widths)?;
+    let uv = named(UV[0]).or(curves.uv.as_ref()).or(named(UV[1]));
+    let root_uv = uv.and_then(|uv| root_uv(reader, place, &shape, uv));
+    let varying = named(&COLORS).and_then(|color| colors(reader, place, &shape, color));
+    let mut all = Strands {
+        name: place.path.clone(),
+        basis: shape.basis,
+        points: positions.iter().zip(radii).map(|(p, radius)| p.extend(radius)).collect(),
+        starts,
+        moved,
+        root_uv,
+        look: 0,
+        varying: varying.into_iter().collect(),
+    };
+    let guides = named(&[GUIDE]).and_then(|guide| each(reader, place, &shape, guide, |row| guide.number(row, 0)));
+    let mut guides: Option<Vec<bool>> = guides.map(|all| all.into_iter().map(|guide| guide != 0.0).collect());
+    let mut groups = groups(reader, place, &shape, named(&GROUPS[..1]), named(&GROUPS[1..]));
+    if let Some(broken) = all.remove_broken() {
+        fn keep<T>(all: &mut Vec<T>, broken: &[usize]) {
+            let mut strand = 0..;
+            all.retain(|_| strand.next().is_some_and(|strand| broken.binary_search(&strand).is_err()));
+        }
+        guides.iter_mut().for_each(|guides| keep(guides, &broken.strands));
+        groups.iter_mut().for_each(|(groups, _)| keep(groups, &broken.strands));
+        reader.warnings.push(Warning::Broken { strands: place.path.clone(), broken });
+    }
+    all.validate().map_err(|error| Skipped::part(error.to_string()))?;
+    let is_guide = |strand: usize| guides.as_ref().is_some_and(|guides| guides[strand]);
+    let mut hair = match &groups {
+        None if guides.is_none() => return Ok(Found { hair: vec![all], guides: Vec::new() }),
+        None => vec![all.select(|strand| (!is_guide(strand)).then_some(1.0))],
+        Some((of, names)) => {
+            let group = |(group, name): (usize, &String)| {
+                let own = all.select(|strand| (of[strand] == group && !is_guide(strand)).then_some(1.0));
+                Strands { name: format!("{}/{name}", place.path), ..own }
+            };
+            names.iter().enumerate().map(group).collect()
+        }
+    };
+    let mut guides = vec![all.select(|strand| is_guide(strand).then_some(1.0))];
+    [&mut hair, &mut guides].into_iter().for_each(|sets| sets.retain(|strands| !strands.is_empty()));
+    Ok(Found { hair, guides })
+}
+
+/// The radius of each point in world space.
+fn radii(
+    reader: &mut Reader,
+    place: &Place,
+    shape: &Shape,
+    starts: &[u32],
+    widths: Option<&Attribute>,
+) -> Result<Vec<f32>, Skipped> {
+    let scale = 0.5 * place.scale();
+    let spread = widths.and_then(|widths| {
+        let spread = shape.spread::<1>(widths);
+        reader.note(place, spread.is_none().then(|| misfit(shape, widths)));
+        spread
+    });
+    let Some(spread) = spread else {
+        let width = reader.missing.ok_or(Skipped::NoWidth)?;
+        return Ok(vec![(scale * f64::from(width)) as f32; starts[starts.len() - 1] as usize]);
+    };
+    // Beyond a thin tip, a phantom point may have a negative width. A strand with NaN is left out.
+    let radius = |[width]: [f32; 1]| if width < 0.0 { 0.0 } else { (scale * f64::from(width)) as f32 };
+    Ok(match spread {
+        Values::Constant(width) => vec![radius(width); starts[starts.len() - 1] as usize],
+        Values::PerStrand(widths) => {
+            let of = |(pair, width): (&[u32], [f32; 1])| vec![radius(width); (pair[1] - pair[0]) as usize];
+            starts.windows(2).zip(widths).flat_map(of).collect()
+        }
+        Values::PerPoint(widths) => widths.into_iter().map(radius).collect(),
+    })
+}
+
+/// The texture coordinates of the roots.
+fn root_uv(reader: &mut Reader, place: &Place, shape: &Shape, uv: &Attribute) -> Option<Vec<Vec2>> {
+    each(reader, place, shape, uv, |row| Some([uv.number(row, 0)?, uv.number(row, 1)?]))
+        .map(|all| all.into_iter().map(|[u, v]| Vec2::new(u as f32, v as f32)).collect())
+}
+
+/// Reflectances from colours.
+fn colors(
+    reader: &mut Reader,
+    place: &Place,
+    shape: &Shape,
+    color: &Attribute,
+) -> Option<(Parameter, Values<[f32; 3]>)> {
+    let mut spread = shape.spread::<3>(color);
+    let is_outside = |row: usize| {
+        (0..3).any(|lane| color.number(row, lane).is_some_and(|x| x.is_finite() && !(0.0..=1.0).contains(&x)))
+    };
+    let outside = (0..color.rows()).any(is_outside);
+    let range = Parameter::Reflectance.range();
+    let hold = |value: &mut [f32; 3]| {
+        value.iter_mut().filter(|x| x.is_finite()).for_each(|x| *x = range.nearest(*x));
+    };
+    match &mut spread {
+        Some(Values::Constant(value)) if value.iter().any(|x| !x.is_finite()) => spread = None,
+        Some(Values::Constant(value)) => hold(value),
+        Some(Values::PerStrand(all) | Values::PerPoint(all)) => all.iter_mut().for_each(hold),
+        None => {}
+    }
+    let held = outside.then(|| format!("colours of {} outside of [0, 1] are clamped", color.name));
+    let note = if spread.is_none() { Some(misfit(shape, color)) } else { held };
+    reader.note(place, note);
+    spread.map(|values| (Parameter::Reflectance, values))
+}
+
+/// The group of each strand, and the names of the groups. `None` if there are no groups.
+fn groups(
+    reader: &mut Reader,
+    place: &Place,
+    shape: &Shape,
+    names: Option<&Attribute>,
+    numbers: Option<&Attribute>,
+) -> Option<(Vec<usize>, Vec<String>)> {
+    let attribute = names.or(numbers)?;
+    let name = |row: usize| match attribute.text(row) {
+        Some(name) => Some(name.to_owned()),
+        None => Some(format!("group {}", attribute.number(row, 0)? as i64)),
+    };
+    let of = each(reader, place, shape, attribute, name)?;
+    let mut known = BTreeMap::new();
+    let mut all = Vec::new();
+    for name in &of {
+        if known.len() >= MAX_GROUPS && !known.contains_key(name) {
+            let what = format!("it has more than {MAX_GROUPS} groups: it is one set of strands");
+            reader.note(place, Some(what));
+            return None;
+        }
+        known.entry(name.clone()).or_insert_with(|| {
+            all.push(name.clone());
+            all.len() - 1
+        });
+    }
+    Some((of.iter().map(|name| known[name]).collect(), all))
+}
+
+/// A value for each strand: of an attribute for points, that of the first one.
+fn each<T: Clone>(
+    reader: &mut Reader,
+    place: &Place,
+    shape: &Shape,
+    attribute: &Attribute,
+    value: impl Fn(usize) -> Option<T>,
+) -> Option<Vec<T>> {
+    let all: Option<Vec<T>> =
+        shape.rows_of_roots(attribute.rows()).and_then(|rows| rows.into_iter().map(value).collect());
+    reader.note(place, all.is_none().then(|| misfit(shape, attribute)));
+    all
+}
+
+/// Why an attribute is ignored.
+fn misfit(shape: &Shape, attribute: &Attribute) -> String {
+    let (rows, lanes) = (attribute.rows(), attribute.lanes);
+    let [strands, points] = [shape.strands(), shape.total()];
+    let name = &attribute.name;
+    format!("{name} has {rows} rows of {lanes}, which do not fit {strands} strands with {points} points: it is ignored")
+}
