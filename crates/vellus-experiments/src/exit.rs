@@ -121,6 +121,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     claims(&mut outcome, &rows);
     presets_far(context, &mut outcome, species, photons)?;
     presets_near(context, &mut outcome, species)?;
+    presets_near_cells(context, &mut outcome, species)?;
     lit_from_the_side(context, &mut outcome, species)?;
     outcome.notes.push(
         "The statistical error of the simulation is part of every L1 error. Later exits are compared with a density \
@@ -234,6 +235,50 @@ fn presets_near(context: &Context<'_>, outcome: &mut Outcome, species: &[Species
     Ok(())
 }
 
+/// The scattered light of presets in the near field, in cells over both angles.
+fn presets_near_cells(context: &Context<'_>, outcome: &mut Outcome, species: &[Species]) -> Result<()> {
+    let photons = context.quality.pick(20_000, 1_000_000, 10_000_000);
+    let offsets = HITS.map(|h| format!("h = {h}"));
+    let header: Vec<&str> = ["preset", "θ_o"].into_iter().chain(offsets.iter().map(String::as_str)).collect();
+    let caption = "Near field of the presets at offsets h: L1 errors of scattered light in cells of 10° × 15°, relative \
+                   to the light, %: of first exits, and of all";
+    let mut table = Table::new("near-cells", caption, &header);
+    let mut errors = Vec::new();
+    let stage = context.stage((species.len() * NEAR.len()) as u64, "tracing cells of near fields");
+    for theta_o in NEAR {
+        for &name in species {
+            let fiber = Fiber { alpha: 0.0, ..Fiber::preset(name) };
+            let mut row = vec![name.to_string(), format!("{theta_o}°")];
+            for h in HITS {
+                context.check_interrupted()?;
+                let at = Offsets::At(h);
+                let traced = scattered(&fiber, f64::to_radians(theta_o), at, CELLS, photons, 1, &())?;
+                let [first, later] = [&traced.first, &traced.later].map(|cells| red(cells));
+                let all = add(&first, &later);
+                if sum(&all) == 0.0 {
+                    row.push(NOTHING.to_owned());
+                    continue;
+                }
+                let window = Window::near(h as f32);
+                let [open, ours] =
+                    Exit::ALL.map(|exit| cells(&fiber.with_exit(exit), theta_o, window, &[Lobe::Residual]));
+                let exits = cells(&fiber, theta_o, window, &FIRST)?;
+                let rest: Vec<f64> = ours?.iter().zip(open?).map(|(ours, open)| ours - open).collect();
+                let found = [difference(&exits, &first), difference(&add(&exits, &rest), &all)];
+                row.push(found.map(|error| format!("{:.1}", 100.0 * error)).join(", "));
+                errors.push(found[1]);
+            }
+            table.row(row);
+            stage.advance(1);
+        }
+    }
+    outcome.tables.push(table);
+    let found = spread(errors.into_iter());
+    let what = "The near field of the presets scatters light into the cells of the whole fibre";
+    outcome.claims.push(claim(what, "bound: L1 error 15 % on average", found, found[0] <= 0.15));
+    Ok(())
+}
+
 /// Fibres across their width under a light from the side, which covers 30° of azimuth and all inclinations.
 fn lit_from_the_side(context: &Context<'_>, outcome: &mut Outcome, species: &[Species]) -> Result<()> {
     let photons = context.quality.pick(2_000, 60_000, 1_000_000);
@@ -283,8 +328,13 @@ fn traced(context: &Context<'_>, fiber: &Fiber, theta_o: f64, photons: u64) -> R
 }
 
 /// The first channel in each cell.
+fn red(cells: &[[f64; 3]]) -> Vec<f64> {
+    cells.iter().map(|rgb| rgb[0]).collect()
+}
+
+/// The first channel in each cell of the far field.
 fn grey(cells: &[[f64; 3]]) -> Vec<f64> {
-    symmetric(cells.iter().map(|rgb| rgb[0]).collect())
+    symmetric(red(cells))
 }
 
 /// Errors of the shapes, and the profiles of the picture over φ from 0° to 180°, per solid angle.
@@ -324,10 +374,14 @@ fn reflecting(fiber: &Fiber, theta_o: f64, first: &[f64]) -> Result<Vec<f64>> {
 
 /// The sum of some lobes of the far field in each cell.
 fn model(fiber: &Fiber, theta_o: f64, lobes: &[Lobe]) -> Result<Vec<f64>> {
+    Ok(symmetric(cells(fiber, theta_o, Window::far(), lobes)?))
+}
+
+/// The sum of some lobes over a window in each cell.
+fn cells(fiber: &Fiber, theta_o: f64, window: Window, lobes: &[Lobe]) -> Result<Vec<f64>> {
     let bcsdf = Bcsdf::new(fiber)?;
-    let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
-    let cells: Vec<f64> = (0..CELLS[0] * CELLS[1]).into_par_iter().map(|i| cell(&hit, lobes, i)).collect();
-    Ok(symmetric(cells))
+    let hit = bcsdf.at(direction(theta_o, 0.0), window);
+    Ok((0..CELLS[0] * CELLS[1]).into_par_iter().map(|i| cell(&hit, lobes, i)).collect())
 }
 
 /// The sum of some lobes in one cell, by midpoints.

@@ -28,7 +28,7 @@ render cat --background #12345 | a colour (a name, #rrggbb or R,G,B)
 render cat --background x.png | cannot read x.png
 render cat --body x.obj | cannot read x.obj
 render cat --body x.hair | --body x.hair: it must be a .obj
-render ball.obj --camera c | for USD files
+render ball.obj --camera c | for USD and Alembic files
 render cat --width 1 | the built-in scene cat has its own
 render cat --model yan2015 --eta-m 99 | eta_m = 99 is out of range: eta_m must be in [1, 3]
 render cat --model yan2015 --eta-m nan | eta_m = NaN
@@ -60,7 +60,7 @@ render x.usda --fiber nope | unknown preset 'nope'
 render x.usda --set kappa=2 | in --set kappa=2: kappa = 2
 render x.usda --set kappa | NAME=VALUE
 render x.usda | x.usda
-render x.hair --camera c | for USD files
+render x.hair --camera c | for USD and Alembic files
 render x.tfx | cannot read x.tfx
 render cat --clamp-indirect 0 | a radiance is above 0
 render cat --max-depth -1 | whole number in [0, 4294967295]
