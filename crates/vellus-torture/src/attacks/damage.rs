@@ -53,8 +53,8 @@ fn prepare(trial: &mut Trial) -> Result<Option<Whole>, Stop> {
         format!("render {SCENE} --samples 0..4 -o a.exr"),
         "merge a.film --float -o merged.exr".to_owned(),
         format!("render {SCENE} {GOAL} --float -o whole.exr"),
-        // Ends when the time is over, and leaves a checkpoint.
-        format!("render {SCENE} {GOAL} --time 0.01s --float -o c.exr"),
+        // Ends when the time is over, and leaves the checkpoint that it was asked for.
+        format!("render {SCENE} {GOAL} --time 0.01s --checkpoint 60s --float -o c.exr"),
         FRAMES.to_owned(),
     ];
     for line in lines {
