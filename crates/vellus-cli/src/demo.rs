@@ -31,7 +31,7 @@ pub fn run() -> Result<()> {
     if has_ended && Path::new("out/raccoon.png").exists() {
         say!(
             "\nThe picture is out/raccoon.png. Next:\n  \
-             vellus render {OPTIONS} --resume\n                       continue it: less noise\n  \
+             vellus render {OPTIONS} --time 10m\n                       take ten minutes: less noise\n  \
              vellus render cat    render another scene; vellus scene lists all\n  \
              vellus --help        show all commands"
         );
