@@ -31,7 +31,7 @@ pub enum Error {
     Damaged {
         /// The place in the file.
         at: usize,
-        /// What is wrong there.
+        /// The problem, and what is expected.
         what: String,
     },
     /// A property is missing, or has a type or a size that its schema does not allow.
@@ -39,7 +39,7 @@ pub enum Error {
     Property {
         /// The name of the property.
         property: String,
-        /// What is wrong with it.
+        /// The problem, and what is expected.
         what: String,
     },
 }

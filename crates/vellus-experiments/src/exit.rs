@@ -240,8 +240,8 @@ fn presets_near_cells(context: &Context<'_>, outcome: &mut Outcome, species: &[S
     let photons = context.quality.pick(20_000, 1_000_000, 10_000_000);
     let offsets = HITS.map(|h| format!("h = {h}"));
     let header: Vec<&str> = ["preset", "θ_o"].into_iter().chain(offsets.iter().map(String::as_str)).collect();
-    let caption = "Near field of the presets at offsets h: L1 errors of scattered light in cells of 10° × 15°, relative \
-                   to the light, %: of first exits, and of all";
+    let caption = "Near field of the presets at offsets h: L1 errors of scattered light in cells of 10° × 15°, \
+                   relative to the light, %: of first exits, and of all";
     let mut table = Table::new("near-cells", caption, &header);
     let mut errors = Vec::new();
     let stage = context.stage((species.len() * NEAR.len()) as u64, "tracing cells of near fields");

@@ -29,7 +29,7 @@ pub enum Error {
     Empty {
         /// The file.
         path: PathBuf,
-        /// What is wrong with its objects.
+        /// The problem of its objects.
         warnings: Vec<Warning>,
     },
     /// An Alembic archive has no camera with this name or path.

@@ -233,7 +233,7 @@ impl Args {
             ..Picture::new(&self.output)
         };
         let job = Job::new(options, picture);
-        // A frame of an animation is complete. A single picture may be continued if the user asks for it.
+        // A frame of an animation is complete. These options say that a single picture may be continued.
         let continues = self.resume || self.checkpoint.is_some() || self.samples.is_some();
         Job {
             film: self.samples.is_some(),
