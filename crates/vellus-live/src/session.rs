@@ -15,7 +15,7 @@ use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Display, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
-use vellus_scene::{Light, Look, Scene, Shaping, Strands, Surface, Tint};
+use vellus_scene::{Light, Look, Profile, Scene, Shaping, Strands, Surface, Tint};
 
 /// What a command asks of the engine.
 #[derive(Debug)]
@@ -355,7 +355,9 @@ impl Session {
     /// The shapings of the lights after all changes.
     fn shown_shapings(&self) -> Vec<(usize, Shaping)> {
         let turn = Quat::from_axis_angle(self.up, self.now.azimuth.to_radians());
-        let turned = |shaping: Shaping| Shaping { axis: turn * shaping.axis, ..shaping };
+        let side = |profile: Profile| Profile { side: turn * profile.side, ..profile };
+        let turned =
+            |shaping: Shaping| Shaping { axis: turn * shaping.axis, profile: shaping.profile.map(side), ..shaping };
         self.rest.shapings.iter().map(|(light, shaping)| (*light, turned(*shaping))).collect()
     }
 

@@ -98,8 +98,8 @@ impl World {
         if lights.len() != self.geometry.groups.len() || shaped(shapings) != shaped(&self.lighting.shapings) {
             return Err(invalid("lights", "a change of lights keeps their number and which of them have a shaping"));
         }
-        shapings.iter().try_for_each(|(_, shaping)| shaping.validate())?;
         let textures = &self.geometry.textures;
+        shapings.iter().try_for_each(|(_, shaping)| shaping.validate(textures.len()))?;
         lights.iter().try_for_each(|light| light.validate(textures.len()))?;
         self.lighting.shapings = shapings.to_vec();
         self.geometry.lights = Lights::new(lights, &self.lighting, textures);

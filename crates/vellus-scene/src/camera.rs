@@ -40,6 +40,8 @@ pub struct Camera {
     pub film_width: f32,
     /// Height of the film over the focal length, in (0, 10⁴].
     pub film_height: f32,
+    /// How far the middle of the film is right of and above the axis of the lens, over the focal length; within ±10⁴.
+    pub shift: [f32; 2],
     /// What a picture of another shape shows. [`Camera::film`] has the numbers.
     pub fit: Fit,
     /// Radius of the lens, in [0, [`MAX_COORDINATE`]]. 0 is a pinhole.
@@ -60,6 +62,7 @@ impl Camera {
             moved: None,
             film_width: film_height * aspect,
             film_height,
+            shift: [0.0; 2],
             fit: Fit::AdjustWidth,
             lens_radius: 0.0,
             focus_distance: eye.distance(target),
@@ -107,6 +110,12 @@ impl Camera {
                     "the film's {name} over the focal length is {x}: it must be in (0, {MAX_FILM:e}]"
                 ));
             }
+        }
+        if self.shift.iter().any(|x| x.is_nan() || x.abs() > MAX_FILM) {
+            let [x, y] = self.shift;
+            return fail(format!(
+                "the shift of the film over the focal length is ({x}, {y}): it must be within ±{MAX_FILM:e}"
+            ));
         }
         if !(0.0..=MAX_COORDINATE).contains(&self.lens_radius) {
             return fail(format!("the lens' radius is {}: it must be in [0, {MAX_COORDINATE:e}]", self.lens_radius));
@@ -166,7 +175,8 @@ mod tests {
         let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5);
         assert_eq!(camera.validate(), Ok(()));
         type Break = fn(&mut Camera);
-        let broken: [(Break, &str); 8] = [
+        let broken: [(Break, &str); 9] = [
+            (|c| c.shift[1] = f32::NAN, "the shift of the film over the focal length is (0, NaN)"),
             (|c| c.film_width = 0.0, "film's width"),
             (|c| c.film_height = f32::NAN, "film's height"),
             (|c| c.lens_radius = -1.0, "lens' radius is -1"),

@@ -52,7 +52,7 @@ mod view;
 pub use camera::{Camera, Fit};
 pub use error::Error;
 pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
-pub use light::{Ground, Light, Shaping};
+pub use light::{Ground, Light, Profile, Shaping};
 pub use link::{Link, MAX_LINKED, Objects};
 pub use look::{Look, ReflectanceOf, Value};
 pub use mesh::{Mesh, SKIN, Surface, Tint};

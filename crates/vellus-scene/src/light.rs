@@ -1,7 +1,7 @@
 //! Lights, with the shapes of UsdLux.
 
 use crate::error::{Error, invalid};
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3};
 
 /// A light. Radiance is linear RGB. Rectangles and disks emit toward −z of their own frame, spheres and cylinders
 /// outward.
@@ -74,10 +74,11 @@ pub enum Light {
     },
 }
 
-/// How the emission of a light depends on its direction, as in UsdLuxShapingAPI: a cone with a soft edge, and a focus.
+/// How the emission of a light depends on its direction, as in UsdLuxShapingAPI: a cone with a soft edge, a focus, and
+/// a measured profile.
 ///
-/// The emission in a direction at the angle θ from the axis is multiplied by [`Shaping::factor`]. The total power is
-/// not kept.
+/// The emission in a direction at the angle θ from the axis is multiplied by [`Shaping::factor`], and by the profile
+/// if there is one. The total power is not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaping {
     /// The axis in world space, away from the light. Not zero.
@@ -88,30 +89,74 @@ pub struct Shaping {
     pub softness: f32,
     /// The exponent of |cos θ|; at least 0. 0 changes nothing.
     pub focus: f32,
+    /// The factor where the focus has no light left, RGB; no channel is negative.
+    pub tint: [f32; 3],
+    /// The measured profile of the lamp.
+    pub profile: Option<Profile>,
+}
+
+/// The luminous intensity of a lamp by direction (an IES profile), as an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    /// The index of the image in [`crate::Scene::textures`], whose first channel counts. Its rows go from the axis of
+    /// the shaping to the opposite direction: the centres of the first and of the last row are these directions. Its
+    /// columns go around the axis.
+    pub texture: usize,
+    /// The direction in world space at which the first column begins to turn about the axis; not along it. Looking
+    /// along the axis, columns turn counterclockwise from it.
+    pub side: Vec3,
+}
+
+impl Profile {
+    /// The texture coordinates of a direction in an image of this width and height. `axis` and `direction` have unit
+    /// length.
+    pub fn uv(&self, axis: Vec3, direction: Vec3, [width, height]: [usize; 2]) -> Vec2 {
+        let x = self.side.reject_from_normalized(axis).normalize_or_zero();
+        let y = x.cross(axis);
+        let down = direction.dot(axis).clamp(-1.0, 1.0).acos() / std::f32::consts::PI;
+        let around = direction.dot(y).atan2(direction.dot(x)) / std::f32::consts::TAU;
+        let row = (down * (height - 1) as f32 + 0.5) / height as f32;
+        Vec2::new(around + 0.5 / width as f32, 1.0 - row)
+    }
 }
 
 impl Shaping {
-    /// The factor of the emission in a direction of unit length, away from the light: |cos θ| to the power of the
-    /// focus, times a smoothstep from 1 at (1 − softness) · cone to 0 at the cone.
-    pub fn factor(&self, direction: Vec3) -> f32 {
+    /// The factor of the emission in a direction of unit length, away from the light, without the profile: f + (1 − f)
+    /// · tint, where f is |cos θ| to the power of the focus, times a smoothstep from 1 at (1 − softness) · cone to 0 at
+    /// the cone.
+    pub fn factor(&self, direction: Vec3) -> [f32; 3] {
         let cos = direction.dot(self.axis.normalize()).clamp(-1.0, 1.0);
         let angle = cos.acos();
         if angle > self.cone {
-            return 0.0;
+            return [0.0; 3];
         }
         let start = (1.0 - self.softness) * self.cone;
         let edge = if angle <= start { 0.0 } else { (angle - start) / (self.cone - start) };
         let focus = if self.focus == 0.0 { 1.0 } else { cos.abs().powf(self.focus) };
-        focus * (1.0 - edge * edge * (3.0 - 2.0 * edge))
+        let cone = 1.0 - edge * edge * (3.0 - 2.0 * edge);
+        self.tint.map(|tint| (focus + (1.0 - focus) * tint) * cone)
     }
 
-    /// Checks that the axis is finite and not zero, and all numbers are in their ranges.
+    /// Checks that the axis is finite and not zero, all numbers are in their ranges, and a profile is one of so many
+    /// textures.
     ///
     /// # Errors
     /// [`Error::Invalid`] if they are not.
-    pub fn validate(&self) -> Result<(), Error> {
-        let Shaping { axis, cone, softness, focus } = *self;
+    pub fn validate(&self, textures: usize) -> Result<(), Error> {
+        let Shaping { axis, cone, softness, focus, tint, profile } = *self;
         let aimed = axis.is_finite() && axis.try_normalize().is_some();
+        if tint.iter().any(|x| !(x.is_finite() && *x >= 0.0)) {
+            return Err(invalid("shaping of a light", "no channel of its tint may be negative or infinite"));
+        }
+        if let (Some(profile), Some(axis)) = (profile, axis.try_normalize()) {
+            if profile.texture >= textures {
+                let what = format!("its profile is texture {}, but there are only {textures}", profile.texture);
+                return Err(invalid("shaping of a light", what));
+            }
+            if profile.side.reject_from_normalized(axis).try_normalize().is_none() {
+                return Err(invalid("shaping of a light", "the side of its profile must not be along its axis"));
+            }
+        }
         let in_range = cone > 0.0 && cone <= std::f32::consts::PI && (0.0..=1.0).contains(&softness);
         if aimed && in_range && focus.is_finite() && focus >= 0.0 {
             Ok(())

@@ -138,7 +138,7 @@ impl Scene {
             return Err(invalid("lights", format!("light {index} is not visible, but there are {count} lights")));
         }
         for (index, shaping) in &self.shapings {
-            shaping.validate()?;
+            shaping.validate(self.textures.len())?;
             match self.lights.get(*index) {
                 Some(Light::Dome { .. } | Light::Distant { .. }) | None => {
                     let what = format!("light {index} has a shaping, but it is no light with a position");
@@ -177,6 +177,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::Profile;
     use crate::{Basis, Values};
     use glam::Vec4;
     use vellus::Fiber;
@@ -210,7 +211,7 @@ mod tests {
     }
 
     fn aimed(length: f32) -> Shaping {
-        Shaping { axis: Vec3::X * length, cone: 0.5, softness: 0.0, focus: 0.0 }
+        Shaping { axis: Vec3::X * length, cone: 0.5, softness: 0.0, focus: 0.0, tint: [0.0; 3], profile: None }
     }
 
     #[test]
@@ -218,7 +219,7 @@ mod tests {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 17] = [
+        let broken: [(Break, &str); 19] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -231,6 +232,17 @@ mod tests {
             (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
             (|s| s.shapings = vec![(0, aimed(1.0))], "lights: light 0 has a shaping, but it is no light"),
             (|s| s.shapings = vec![(0, aimed(0.0))], "shaping of a light: its axis must not be zero"),
+            (
+                |s| s.shapings = vec![(0, Shaping { tint: [0.0, -1.0, 0.0], ..aimed(1.0) })],
+                "shaping of a light: no channel of its tint",
+            ),
+            (
+                |s| {
+                    s.shapings =
+                        vec![(0, Shaping { profile: Some(Profile { texture: 0, side: Vec3::Y }), ..aimed(1.0) })]
+                },
+                "its profile is texture 0, but there are only 0",
+            ),
             (|s| s.links = vec![(0, Link::default())], "lights: light 0 has a link, but there are 0 lights"),
             (
                 |s| s.links = vec![(0, Link { diffuse: -1.0, ..Link::default() })],

@@ -88,6 +88,22 @@ const NAMES: [(&str, Gamut, Curve); 37] = [
 /// The white point of daylight at 6500 K (CIE, ISO 11664-2).
 const DAYLIGHT: [f64; 2] = [0.3127, 0.3290];
 
+/// The colour of a black body at a temperature in kelvin, with the luminance 1, in linear Rec. 709. Temperatures are held
+/// in [1000, 15000], the range of the approximation (Krystek 1985, An algorithm to calculate correlated colour
+/// temperature). Colours outside of Rec. 709, below 1900 K, lose their negative blue.
+pub(crate) fn blackbody(kelvin: f64) -> [f64; 3] {
+    let t = kelvin.clamp(1000.0, 15_000.0);
+    let u = (0.860_117_757 + 1.541_182_54e-4 * t + 1.286_412_12e-7 * t * t)
+        / (1.0 + 8.424_202_35e-4 * t + 7.081_451_63e-7 * t * t);
+    let v = (0.317_398_726 + 4.228_062_45e-5 * t + 4.204_816_91e-8 * t * t)
+        / (1.0 - 2.897_418_16e-5 * t + 1.614_560_53e-7 * t * t);
+    // From the uniform scale of 1960 to XYZ.
+    let [x, y] = [3.0 * u, 2.0 * v].map(|n| n / (2.0 * u - 8.0 * v + 4.0));
+    let to_xyz = Gamut::Rec709.to_xyz();
+    let color = (to_xyz.inverse() * DVec3::new(x / y, 1.0, (1.0 - x - y) / y)).max(DVec3::ZERO);
+    (color / (to_xyz * color).y).into()
+}
+
 /// The white point of ACES.
 const ACES: [f64; 2] = [0.32168, 0.33767];
 

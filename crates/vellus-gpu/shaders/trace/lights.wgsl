@@ -1,6 +1,6 @@
 // Lights: sampling, and what a ray finds.
 
-const ROWS_OF_LIGHT = 10u;
+const ROWS_OF_LIGHT = 11u;
 const DOME = 1u;
 const DISTANT = 2u;
 const FLAT = 3u;
@@ -99,24 +99,36 @@ fn rotation_of(row: u32) -> mat3x3<f32> {
 }
 
 // The factor of a shaping, for a direction away from the light.
-fn shaping(row: u32, direction: vec3<f32>) -> f32 {
+fn shaping(row: u32, direction: vec3<f32>) -> vec3<f32> {
     if data_row(row + 1u).w == 0u {
-        return 1.0;
+        return vec3<f32>(1.0);
     }
     let axis = data_floats(row + 7u);
     let edges = data_floats(row + 8u);
     let c = clamp(dot(direction, axis.xyz), -1.0, 1.0);
     if c < axis.w {
-        return 0.0;
+        return vec3<f32>(0.0);
     }
     let angle = vellus_atan2(sqrt(max((1.0 - c) * (1.0 + c), 0.0)), c);
     if angle > edges.y {
-        return 0.0;
+        return vec3<f32>(0.0);
     }
     let start = (1.0 - edges.z) * edges.y;
     let edge = select((angle - start) / max(edges.y - start, 1e-20), 0.0, angle <= start);
     let focus = select(pow(max(abs(c), 1e-20), edges.w), 1.0, edges.w == 0.0);
-    return focus * (1.0 - edge * edge * (3.0 - 2.0 * edge));
+    let cone = 1.0 - edge * edge * (3.0 - 2.0 * edge);
+    let factor = (focus + (1.0 - focus) * data_floats(row + 9u).xyz) * cone;
+    let image = data_row(row + 8u).x;
+    if image == NONE {
+        return factor;
+    }
+    // The place in the image of a profile: rows go away from the axis, columns around it.
+    let size = vec2<f32>(data_row(image).xy);
+    let side = data_floats(row + 10u).xyz;
+    let x = normalize(side - axis.xyz * dot(side, axis.xyz));
+    let around = vellus_atan2(dot(direction, cross(x, axis.xyz)), dot(direction, x)) / VELLUS_TAU;
+    let down = (angle / VELLUS_PI * (size.y - 1.0) + 0.5) / size.y;
+    return factor * texture_at(image, vec2<f32>(around + 0.5 / size.x, 1.0 - down)).x;
 }
 
 // The image of a lamp. It stays half a texel inside, because it must not repeat.

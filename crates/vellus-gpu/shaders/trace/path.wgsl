@@ -377,7 +377,8 @@ fn camera_ray(pixel: vec2<u32>, u: vec4<f32>) -> Ray {
     let size = vec2<f32>(data_row(SIZE).xy);
     let place = film_place(pixel, u) / size - 0.5;
     let lens = concentric(u.zw) * z.w;
-    let focus = vec3<f32>(place.x * x.w * size.x / size.y, -place.y * x.w, -1.0) * y.w;
+    let film = vec2<f32>(place.x * size.x / size.y, -place.y) * x.w + data_floats(SHIFT).xy;
+    let focus = vec3<f32>(film, -1.0) * y.w;
     let d = focus - vec3<f32>(lens, 0.0);
     let direction = normalize(x.xyz * d.x + y.xyz * d.y + z.xyz * d.z);
     let origin = data_floats(CAMERA_ORIGIN).xyz + x.xyz * lens.x + y.xyz * lens.y;

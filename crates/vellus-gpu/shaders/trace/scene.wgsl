@@ -33,7 +33,8 @@ const TEXTURES = 9u; // rows; texture and group of the background; group of emis
 const BACKGROUND = 10u; // its colour
 const OUTPUT = 11u; // the limit of indirect light, channels, words of a sample, whether there is a background
 const INSTANCES = 12u; // their rows, and those of their leaves
-const LAYERS = 13u; // the first channel of each layer
+const SHIFT = 13u; // of the film, over the focal length
+const LAYERS = 14u; // the first channel of each layer
 
 // The layers, in the order of vellus_render::Layer.
 const LAYER_ALPHA = 1u;

@@ -36,15 +36,13 @@ pub(super) fn shown(reader: &mut Reader, place: &Place, camera: &Camera) -> Opti
         moved: (moved != to_world).then_some(moved),
         film_width: film(camera.horizontal_aperture * camera.lens_squeeze_ratio),
         film_height: film(camera.vertical_aperture),
+        shift: [film(camera.horizontal_film_offset * camera.lens_squeeze_ratio), film(camera.vertical_film_offset)],
         // As Houdini and Blender do: Blender writes the height of the sensor, not that of the picture.
         fit: Fit::AdjustHeight,
         // The unit of the scene is not known, so neither is the size of the lens.
         lens_radius: 0.0,
         focus_distance: 1.0,
     };
-    if [camera.horizontal_film_offset, camera.vertical_film_offset].iter().any(|offset| offset.abs() > 1e-9) {
-        reader.note(place, Some("offsets of the film are not supported and are ignored".to_owned()));
-    }
     match found.validate() {
         Ok(()) => Some(found),
         Err(error) => {

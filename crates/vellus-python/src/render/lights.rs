@@ -104,8 +104,9 @@ impl Scene {
             if matches!(light, Light::Dome { .. } | Light::Distant { .. }) {
                 return Err(PyValueError::new_err(format!("cone: a {kind} light has none")));
             }
-            let shaping = Shaping { axis: shape_axis, cone: cone.to_radians(), softness, focus: 0.0 };
-            shaping.validate().map_err(value)?;
+            let (cone, tint) = (cone.to_radians(), [0.0; 3]);
+            let shaping = Shaping { axis: shape_axis, cone, softness, focus: 0.0, tint, profile: None };
+            shaping.validate(0).map_err(value)?;
             scene.shapings.push((index, shaping));
         }
         scene.lights.push(light);
@@ -140,6 +141,7 @@ impl Scene {
             moved: moved.map(|moved| Floats::new(moved, "moved")?.matrix()).transpose()?,
             film_width: film_height,
             film_height,
+            shift: [0.0; 2],
             fit: Fit::AdjustWidth,
             lens_radius: aperture,
             focus_distance,

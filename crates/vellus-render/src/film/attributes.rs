@@ -8,16 +8,17 @@ use glam::{Mat4, Vec4};
 use vellus_scene::Camera;
 
 /// The notes about a camera and a picture of this size: `worldToCamera` and `worldToNDC`, 16 numbers for points as
-/// rows, and `screenWindowWidth`. The camera is that of the shutter's opening.
+/// rows, `screenWindowWidth` and `screenWindowCenter`. The camera is that of the shutter's opening.
 pub fn camera_notes(camera: &Camera, size: [usize; 2]) -> Notes {
     let [width, height] = camera.film(size[0] as f32 / size[1] as f32);
+    let [right, up] = camera.shift;
     // The space is left-handed, with the scene on the positive side of z.
     let to_camera = Mat4::from_diagonal(Vec4::new(1.0, 1.0, -1.0, 1.0)) * camera.to_world.inverse();
     // From the upper left corner, 0 to 1. The third coordinate is unused: 1/z keeps the matrix invertible.
     let projection = Mat4::from_cols(
         Vec4::new(1.0 / width, 0.0, 0.0, 0.0),
         Vec4::new(0.0, -1.0 / height, 0.0, 0.0),
-        Vec4::new(0.5, 0.5, 0.0, 1.0),
+        Vec4::new(0.5 - right / width, 0.5 + up / height, 0.0, 1.0),
         Vec4::new(0.0, 0.0, 1.0, 0.0),
     );
     // Columns that are written one after the other are the rows of the transposed matrix.
@@ -26,6 +27,7 @@ pub fn camera_notes(camera: &Camera, size: [usize; 2]) -> Notes {
         ("worldToCamera".to_owned(), text(to_camera)),
         ("worldToNDC".to_owned(), text(projection * to_camera)),
         ("screenWindowWidth".to_owned(), width.to_string()),
+        ("screenWindowCenter".to_owned(), format!("{right} {up}")),
     ]
 }
 
@@ -37,6 +39,10 @@ pub(super) fn add(attributes: &mut LayerAttributes, name: &str, value: &str) {
         "worldToCamera" => return attributes.world_to_camera = numbers(value),
         "worldToNDC" => return attributes.world_to_normalized_device = numbers(value),
         "screenWindowWidth" => return attributes.screen_window_width = single().unwrap_or(1.0),
+        "screenWindowCenter" => {
+            let [x, y] = numbers(value).unwrap_or_default();
+            return attributes.screen_window_center = Vec2(x, y);
+        }
         "focus" => return attributes.focus = single(),
         "aperture" => return attributes.aperture = single(),
         "framesPerSecond" => {
@@ -126,6 +132,7 @@ mod tests {
     fn matrices_map_points_to_where_the_picture_shows_them() {
         let (eye, size) = (Vec3::new(1.0, 2.0, 5.0), [300, 200]);
         let camera = Camera::look_at(eye, Vec3::new(0.5, 0.0, -1.0), Vec3::Y, 0.7, 2.0);
+        let camera = Camera { shift: [0.3, -0.2], ..camera };
         let notes = camera_notes(&camera, size);
         let notes: Vec<_> = notes.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         let own = header(&notes).own_attributes;
@@ -141,6 +148,7 @@ mod tests {
             assert!((shown.y / shown.w * 200.0 - seen.y).abs() < 3e-3, "{shown} {seen}");
         }
         // The film is as high as 2 tan(0.35) at distance 1.
+        assert_eq!(own.screen_window_center, Vec2(0.3, -0.2));
         assert!((own.screen_window_width - 1.5 * 2.0 * 0.35f32.tan()).abs() < 1e-6);
     }
 }

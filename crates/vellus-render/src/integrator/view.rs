@@ -92,7 +92,8 @@ impl View {
         let y = (0.5 - (pixel[1] as f32 + 0.5 + filter.offset(u[1])) / height) * film_height;
         let (a, b) = concentric([u[2], u[3]]);
         let lens = Vec3::new(a, b, 0.0) * self.camera.lens_radius;
-        let focus = Vec3::new(x, y, -1.0) * self.camera.focus_distance;
+        let [right, up] = self.camera.shift;
+        let focus = Vec3::new(x + right, y + up, -1.0) * self.camera.focus_distance;
         let frame = self.frame(time);
         let direction = frame.transform_vector3(focus - lens).normalize();
         Ray { time, ..Ray::new(frame.transform_point3(lens), direction) }
@@ -127,7 +128,8 @@ impl View {
         let p = self.frame(time).inverse().transform_point3(point);
         let [width, height] = size.map(|n| n as f32);
         let pixels = height / self.film_height(size);
-        (p.z < 0.0).then(|| Vec2::new(0.5 * width, 0.5 * height) + Vec2::new(p.x, -p.y) / -p.z * pixels)
+        let on_film = p.truncate() / -p.z - Vec2::from(self.camera.shift);
+        (p.z < 0.0).then(|| 0.5 * Vec2::new(width, height) + Vec2::new(on_film.x, -on_film.y) * pixels)
     }
 }
 
@@ -173,11 +175,13 @@ mod tests {
             Camera { film_width: 0.6, film_height: 0.3, ..Camera::look_at(Vec3::ZERO, -Vec3::Z, Vec3::Y, 1.0, 1.0) };
         for fit in [Fit::Expand, Fit::Crop, Fit::AdjustWidth, Fit::AdjustHeight] {
             for size in [[40, 10], [40, 20], [20, 20], [10, 40]] {
-                let view = View::new(Camera { fit, ..camera });
+                // The film is shifted to the right and down.
+                let view = View::new(Camera { fit, shift: [0.25, -0.125], ..camera });
                 let [width, height] = camera_film(fit, size);
                 let ray = view.ray(size, [0, 0], Filter::Box, [0.0, 0.0, 0.5, 0.5], 0.0);
                 let corner = ray.direction / -ray.direction.z;
-                assert!(corner.abs_diff_eq(Vec3::new(-0.5 * width, 0.5 * height, -1.0), 1e-6), "{fit:?} {size:?}");
+                let expected = Vec3::new(0.25 - 0.5 * width, 0.5 * height - 0.125, -1.0);
+                assert!(corner.abs_diff_eq(expected, 1e-6), "{fit:?} {size:?}");
                 assert!(view.seen(size, corner, 0.0).unwrap().abs_diff_eq(Vec2::ZERO, 1e-4));
                 assert!((view.perspective(size).1 - height / size[1] as f32).abs() < 1e-7);
             }

@@ -88,7 +88,7 @@ impl Lights {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
         let mut shapings = vec![None; lights.len()];
         for (i, shaping) in &lighting.shapings {
-            shapings[*i] = Some(Shaped::new(shaping, lights[*i].faces()));
+            shapings[*i] = Some(Shaped::new(shaping, lights[*i].faces(), textures));
         }
         let power = |(light, shaping): (&Prepared, &Option<Shaped>)| {
             light.power(lighting.reach) * shaping.as_ref().map_or(1.0, |shaping| shaping.mean)
@@ -194,10 +194,10 @@ impl Lights {
         let mut sample = self.lights[i].sample(point, [u[0], u[1]])?;
         if let Some(shaping) = &self.shapings[i] {
             let factor = shaping.factor(-sample.direction);
-            if factor <= 0.0 {
+            if factor == [0.0; 3] {
                 return None;
             }
-            sample.radiance = sample.radiance.map(|r| r * factor);
+            sample.radiance = std::array::from_fn(|c| sample.radiance[c] * factor[c]);
         }
         if sample.pdf.is_infinite() {
             return Some((i, LightSample { radiance: sample.radiance.map(|r| r / share), ..sample }));
@@ -228,7 +228,7 @@ impl Lights {
             if let Some(mut emission) = light.intersect(&Ray { t_max, ..*ray }) {
                 if let Some(shaping) = &self.shapings[i] {
                     let factor = shaping.factor(-ray.direction);
-                    emission.radiance = emission.radiance.map(|r| r * factor);
+                    emission.radiance = std::array::from_fn(|c| emission.radiance[c] * factor[c]);
                 }
                 best = Some((i, Emission { pdf: emission.pdf * self.reaching[class].shares[i], ..emission }));
             }

@@ -5,7 +5,7 @@ use super::sampling::uniform_cone;
 use super::*;
 use glam::{Mat3, Mat4, Vec2};
 use std::f32::consts::PI;
-use vellus_scene::{Ground, Objects, Shaping};
+use vellus_scene::{Ground, Objects, Profile, Shaping};
 
 fn texture(width: usize, height: usize) -> Texture {
     let pixel = |i: usize| {
@@ -57,7 +57,19 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
 fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
     // The last light shines to the left, and its edge crosses the view of it.
-    let spot = |i| vec![(i, Shaping { axis: Vec3::new(-1.0, 0.2, 0.5), cone: 0.9, softness: 0.9, focus: 1.5 })];
+    let spot = |i| {
+        vec![(
+            i,
+            Shaping {
+                axis: Vec3::new(-1.0, 0.2, 0.5),
+                cone: 0.9,
+                softness: 0.9,
+                focus: 1.5,
+                tint: [0.2, 0.0, 0.5],
+                profile: Some(Profile { texture: 0, side: Vec3::new(0.3, 1.0, -0.4) }),
+            },
+        )]
+    };
     let sets = all.iter().map(|light| vec![light.clone()]).chain([all.clone()]);
     for (which, set) in sets.enumerate() {
         let last = if which + 1 < all.len() { vec![] } else { spot(set.len() - 1) };
@@ -245,7 +257,8 @@ fn the_camera_passes_through_lights_that_it_does_not_see() {
 fn a_spot_has_the_irradiance_of_the_closed_form() {
     let (height, intensity) = (2.0f32, 3.0f32);
     let spot = Light::Point { position: Vec3::Y * height, intensity: [intensity; 3] };
-    let shaping = Shaping { axis: Vec3::NEG_Y * 5.0, cone: 0.5, softness: 0.5, focus: 2.0 };
+    let shaping =
+        Shaping { axis: Vec3::NEG_Y * 5.0, cone: 0.5, softness: 0.5, focus: 2.0, tint: [0.0; 3], profile: None };
     let lights = Lights::new(&[spot], &Lighting { shapings: vec![(0, shaping)], ..lighting() }, &[]);
     for i in 0..100 {
         let theta = 0.0075 * i as f32;
@@ -268,7 +281,12 @@ fn a_spot_has_the_irradiance_of_the_closed_form() {
 #[test]
 fn the_mean_of_a_shaping_is_its_share_of_the_power() {
     let shaped = |cone: f32, focus, face| {
-        Shaped::new(&Shaping { axis: Vec3::new(1.0, 2.0, -0.5), cone, softness: 0.0, focus }, face).mean
+        Shaped::new(
+            &Shaping { axis: Vec3::new(1.0, 2.0, -0.5), cone, softness: 0.0, focus, tint: [0.0; 3], profile: None },
+            face,
+            &[],
+        )
+        .mean
     };
     let along = Some(Vec3::new(1.0, 2.0, -0.5).normalize());
     for cone in [0.2f32, 0.7, 1.3] {
@@ -278,6 +296,27 @@ fn the_mean_of_a_shaping_is_its_share_of_the_power() {
     }
     assert!((shaped(0.5 * PI, 3.0, None) - 0.125).abs() < 0.001);
     assert!(shaped(1e-4, 0.0, None) > 0.0);
+}
+
+/// Rows go from the axis to the opposite direction, and columns turn from the side.
+#[test]
+fn a_profile_is_looked_up_by_its_angles() {
+    let pixels = (0..12).map(|i| [i as f32; 3]).collect();
+    let image = Texture { name: String::new(), width: 4, height: 3, pixels, wrap: Default::default() };
+    let profile = Some(Profile { texture: 0, side: Vec3::new(-2.0, 0.0, 5.0) });
+    let axis = Vec3::NEG_Z;
+    let shaping = Shaping { axis, cone: PI, softness: 0.0, focus: 0.0, tint: [0.0; 3], profile };
+    let shaped = Shaped::new(&shaping, None, &[image]);
+    let directions = [Vec3::NEG_X, Vec3::NEG_Y, Vec3::X, Vec3::Y];
+    for (i, direction) in directions.into_iter().enumerate() {
+        let down = (0.5 * axis + 0.5f32.sqrt() * direction).normalize();
+        let rows = [4.0 + i as f32, (4.0 + i as f32) - 4.0 * (1.0 - down.dot(axis).acos() / (0.5 * PI))];
+        assert!((shaped.factor(direction)[0] - rows[0]).abs() < 1e-4, "{direction}");
+        assert!((shaped.factor(down)[2] - rows[1]).abs() < 1e-3, "{direction}");
+    }
+    // The mean of the middle row with the weight ∫ sin θ (1 − |θ − π/2|/(π/2)) dθ / 2 = 2/π, and of both poles.
+    let expected = 5.5 * 2.0 / PI + (1.5 + 9.5) * 0.5 * (1.0 - 2.0 / PI);
+    assert!((shaped.mean - expected).abs() < 0.02, "{} {expected}", shaped.mean);
 }
 
 /// Things share a class if the same lights reach them. Each class has the distribution of its lights, and a light that

@@ -9,7 +9,7 @@ use glam::Vec3;
 use vellus_scene::Texture;
 
 /// Rows of each light.
-const ROWS: u32 = 10;
+const ROWS: u32 = 11;
 
 /// Where the lights are.
 pub(crate) struct PackedLights {
@@ -49,10 +49,16 @@ impl Lights {
             rows[1] = rgb(light.radiance(), 0.0).map(f32::to_bits);
             rows[2..7].copy_from_slice(&shape);
             if let Some(shaped) = self.shaping(k) {
-                let (shaping, cos_end, cos_start) = shaped.packed();
+                let (shaping, cos_end, profile) = shaped.packed();
                 rows[1][3] = 1;
                 rows[7] = vector(shaping.axis, cos_end).map(f32::to_bits);
-                rows[8] = [cos_start, shaping.cone, shaping.softness, shaping.focus].map(f32::to_bits);
+                rows[8] = [0.0, shaping.cone, shaping.softness, shaping.focus].map(f32::to_bits);
+                rows[8][0] = NONE;
+                rows[9] = rgb(shaping.tint, 0.0).map(f32::to_bits);
+                if let Some((profile, texture)) = profile {
+                    rows[8][0] = image(packed, texture);
+                    rows[10] = vector(profile.side, 0.0).map(f32::to_bits);
+                }
             }
             all.push(rows);
         }

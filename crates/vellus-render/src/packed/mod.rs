@@ -26,7 +26,7 @@ pub const NONE: u32 = u32::MAX;
 pub const STACK: usize = 192;
 
 /// Rows of the header, at the beginning of [`PackedScene::data`].
-const HEADER: usize = 18;
+const HEADER: usize = 19;
 
 /// Words after the channels of a sample: the distance of the strand that the camera sees and its number, the thing that
 /// it sees, the rays, the throughput that was cut off, and the light that was removed.
@@ -115,6 +115,7 @@ impl World {
         }
         let textures = self.pack_textures(&mut packed);
         let axes = geometry.view.packed(settings);
+        let [right, up] = geometry.view.camera().shift;
         let [left, top, width, height] = settings.area().map(|n| n as u32);
         let [whole_width, whole_height] = settings.size.map(|n| n as u32);
         let background = geometry.background.as_ref();
@@ -140,6 +141,7 @@ impl World {
             rgb(tint.color, 0.0).map(f32::to_bits),
             [clamp, channels, packed.sample_words as u32, u32::from(background.is_some())],
             own.instances,
+            [right.to_bits(), up.to_bits(), 0, 0],
         ];
         packed.data[..header.len()].copy_from_slice(&header);
         let starts: Vec<u32> =

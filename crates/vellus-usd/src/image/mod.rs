@@ -1,6 +1,7 @@
 //! Reads images: PNG, JPEG, TIFF, Radiance HDR and OpenEXR. The first bytes determine the format.
 
 mod exr;
+mod ies;
 mod jpeg;
 mod pixels;
 mod png;
@@ -11,6 +12,7 @@ mod tiff;
 mod tiles;
 
 pub(crate) use exr::encode as encode_exr;
+pub(crate) use ies::{Use, encode as encode_profile};
 pub(crate) use probe::Probe;
 pub(crate) use tiles::{TILES, UDIM, join, shrink, split, tile_name};
 
@@ -76,6 +78,8 @@ pub(crate) enum Encoding {
     Auto,
     /// In this colour space.
     Space(ColorSpace),
+    /// The intensity of a lamp by direction, as an IES profile.
+    Profile(Use),
 }
 
 /// Reads an image as linear RGB. Alpha is ignored, and grey becomes three equal channels.
@@ -138,7 +142,7 @@ pub(crate) struct Image {
 /// Decodes the bytes of a file, which may be inside a package.
 pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
     let mut damage = None;
-    let Pixels { width, height, rgb: mut pixels } = match bytes {
+    let mut by_format = || match bytes {
         [0x89, b'P', b'N', b'G', ..] => png::decode(bytes).map(|samples| samples.pixels(encoding)),
         [0xff, 0xd8, 0xff, ..] => guarded(|| jpeg::decode(bytes)).map(|(samples, what)| {
             damage = what;
@@ -150,8 +154,9 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
         [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding)),
         [0x76, 0x2f, 0x31, 0x01, ..] => guarded(|| exr::decode(bytes)).map(|pixels| converted(pixels, encoding)),
         _ => Err("it is no PNG, JPEG, TIFF, Radiance HDR or OpenEXR image".into()),
-    }
-    .map_err(|what| Error::file(file, what))?;
+    };
+    let decoded = if let Encoding::Profile(used) = encoding { ies::decode(bytes, used) } else { by_format() };
+    let Pixels { width, height, rgb: mut pixels } = decoded.map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
     let mut negative = 0;
     // Bytes stand for no negative values.

@@ -46,7 +46,7 @@ impl Samples {
         let space = match encoding {
             Encoding::Space(space) => space,
             Encoding::Auto if is_srgb => ColorSpace::SRGB,
-            Encoding::Auto => ColorSpace::LINEAR,
+            Encoding::Auto | Encoding::Profile(_) => ColorSpace::LINEAR,
         };
         let entry = |i: usize, most: u32| space.decode(i as f64 / f64::from(most)) as f32;
         let size = (width * height, channels, is_color);

@@ -70,9 +70,6 @@ pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> R
         reader.warnings.add(prim, "only perspective cameras are supported: this camera is ignored");
         return Ok(None);
     }
-    if offsets != [0.0; 2] {
-        reader.warnings.add(prim, "offsets of the aperture are not supported and are ignored");
-    }
     if get("exposure", 0.0)? != 0.0 {
         reader.warnings.add(prim, "the camera's exposure is not supported and is ignored");
     }
@@ -95,6 +92,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> R
         moved: (moved != to_world).then(|| single(moved)),
         film_width: (width / focal_length) as f32,
         film_height: (height / focal_length) as f32,
+        shift: offsets.map(|offset| (offset / focal_length) as f32),
         fit: settings.fit,
         lens_radius: if has_lens { (0.05 * focal_length / f_stop) as f32 } else { 0.0 },
         focus_distance: if focus_distance > 0.0 { focus_distance as f32 } else { 1.0 },

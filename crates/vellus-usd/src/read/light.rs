@@ -1,7 +1,8 @@
 //! Reads lights (UsdLux).
 
+use crate::color::blackbody;
 use crate::error::Error;
-use crate::image::{Probe, UDIM, not_latlong};
+use crate::image::{Encoding, Probe, UDIM, Use, not_latlong};
 use crate::read::color::space_name;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::link::Linked;
@@ -10,7 +11,7 @@ use crate::stage::{Stage, When};
 use crate::warning::Fault;
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::{Ground, Light, Link, Mesh, Shaping, Surface, Wrap};
+use vellus_scene::{Ground, Light, Link, Mesh, Profile, Shaping, Surface, Wrap};
 
 /// An attribute of a light. Before USD 21.02, its name had no `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -44,8 +45,9 @@ fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3],
     if let Some(space) = reader.color_space(prim, name, space.as_deref())? {
         color = space.converter()(color);
     }
-    if reader.stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
-        reader.warnings.add(prim, "colour temperatures are not supported and are ignored");
+    if stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
+        let warm = blackbody(get(stage, prim, "colorTemperature", 6500.0)?);
+        color = std::array::from_fn(|c| color[c] * warm[c]);
     }
     let emission = color.map(|c| c * strength);
     if emission.iter().all(|x| x.is_finite() && *x >= 0.0) {
@@ -75,22 +77,16 @@ fn shaping(reader: &mut Reader, place: &Place) -> Result<Option<Shaping>, Error>
     let focus = get(stage, prim, "shaping:focus", 0.0)?;
     let flat = matches!(place.type_name.as_str(), "RectLight" | "DiskLight");
     let all = cone >= if flat && softness == 0.0 { 90.0 } else { 180.0 };
-    let ies = stage.has_value(prim, "inputs:shaping:ies:file")?;
     let infinite = place.type_name.starts_with("DomeLight") || place.type_name == "DistantLight";
-    if ies {
-        let what = "inputs:shaping:ies:file is not supported: the light has the same intensity as without its profile";
-        reader.warnings.add(prim, what);
-    }
-    if infinite && !(all && focus == 0.0) {
+    let has_profile = stage.has_value(prim, "inputs:shaping:ies:file")?;
+    if infinite && !(all && focus == 0.0 && !has_profile) {
         reader.warnings.add(prim, "the shaping of domes and distant lights is not supported and is ignored");
     }
-    if infinite || all && focus == 0.0 {
+    let profile = if infinite { None } else { profile(reader, place)? };
+    if infinite || all && focus == 0.0 && profile.is_none() {
         return Ok(None);
     }
-    let tint = reader.stage.precise(prim, "inputs:shaping:focusTint", When::Open)?.unwrap_or_default();
-    if focus > 0.0 && tint.iter().any(|x| *x != 0.0) {
-        reader.warnings.add(prim, "inputs:shaping:focusTint is not supported and is ignored");
-    }
+    let tint = <[f64; 3]>::try_from(stage.precise(prim, "inputs:shaping:focusTint", When::Open)?.unwrap_or_default());
     if !(cone > 0.0 && focus >= 0.0) {
         let what = "inputs:shaping:cone:angle must be positive, and inputs:shaping:focus must not be negative";
         return Err(Error::prim(prim, what));
@@ -100,7 +96,35 @@ fn shaping(reader: &mut Reader, place: &Place) -> Result<Option<Shaping>, Error>
         cone: cone.min(180.0).to_radians().min(PI) as f32,
         softness: softness.clamp(0.0, 1.0) as f32,
         focus: focus as f32,
+        tint: tint.map_or([0.0; 3], |tint| tint.map(|x| x.max(0.0) as f32)),
+        profile,
     }))
+}
+
+/// The IES profile of a light. A light whose profile cannot be read shines without it.
+fn profile(reader: &mut Reader, place: &Place) -> Result<Option<Profile>, Error> {
+    let prim = place.path.as_str();
+    match profile_image(reader, prim) {
+        Ok(Some(texture)) => {
+            // As in hdEmbree: profiles are looked up in the direction from what is lit to the light.
+            Ok(Some(Profile { texture, side: -rigid(&place.to_world).x_axis.truncate().as_vec3() }))
+        }
+        Ok(None) => Ok(None),
+        Err(error) => {
+            reader.fault(Fault::Texture, prim, error, "the light shines without its profile")?;
+            Ok(None)
+        }
+    }
+}
+
+/// The image of the IES profile of a light.
+fn profile_image(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
+    let Some(file) = asset(reader.stage, prim, "shaping:ies:file")? else { return Ok(None) };
+    let scale = get(reader.stage, prim, "shaping:ies:angleScale", 0.0)? as f32;
+    let normalize = reader.stage.flag(prim, "inputs:shaping:ies:normalize")? == Some(true);
+    let encoding = Encoding::Profile(Use { normalize, angle_scale: scale.to_bits() });
+    let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2], uv: None };
+    reader.texture(prim, source).map(Some)
 }
 
 /// Reads a light of any kind.
@@ -273,6 +297,14 @@ fn group(reader: &Reader, prim: &str) -> Result<String, Error> {
     Ok(name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(64).collect())
 }
 
+/// A file of a light. Before USD 21.02, the name of the attribute had no `inputs:`.
+fn asset(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, Error> {
+    match stage.asset(prim, &format!("inputs:{name}"))? {
+        Some(file) => Ok(Some(file)),
+        None => stage.asset(prim, name),
+    }
+}
+
 /// The image of a light. A light whose image cannot be read shines without it.
 fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
     match image_of(reader, prim) {
@@ -285,11 +317,7 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
 }
 
 fn image_of(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
-    let file = match reader.stage.asset(prim, "inputs:texture:file")? {
-        Some(file) => Some(file),
-        None => reader.stage.asset(prim, "texture:file")?,
-    };
-    let Some(file) = file else { return Ok(None) };
+    let Some(file) = asset(reader.stage, prim, "texture:file")? else { return Ok(None) };
     let encoding = reader.encoding(prim, "inputs:texture:file", true)?;
     let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2], uv: None };
     if source.file.contains(UDIM) {

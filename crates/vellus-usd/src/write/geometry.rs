@@ -148,6 +148,9 @@ pub(crate) fn camera(out: &mut dyn Encoder, camera: &Camera, moves: bool, names:
     out.set("float focalLength", &FOCAL_LENGTH)?;
     out.set("float horizontalAperture", &(camera.film_width * FOCAL_LENGTH))?;
     out.set("float verticalAperture", &(camera.film_height * FOCAL_LENGTH))?;
+    for (name, shift) in ["horizontal", "vertical"].iter().zip(camera.shift).filter(|(_, shift)| *shift != 0.0) {
+        out.set(&format!("float {name}ApertureOffset"), &(shift * FOCAL_LENGTH))?;
+    }
     // Focal lengths are in tenths of a unit.
     let f_stop =
         if camera.lens_radius > 0.0 { 0.05 * f64::from(FOCAL_LENGTH) / f64::from(camera.lens_radius) } else { 0.0 };
@@ -280,11 +283,18 @@ pub(crate) fn light(
     out.set("float inputs:shaping:cone:angle", &(f64::from(shaping.cone).to_degrees() as f32))?;
     out.set("float inputs:shaping:cone:softness", &shaping.softness)?;
     out.set("float inputs:shaping:focus", &shaping.focus)?;
+    if shaping.tint != [0.0; 3] {
+        out.set("color3f inputs:shaping:focusTint", &shaping.tint)?;
+    }
+    if let Some(profile) = shaping.profile {
+        out.set("asset inputs:shaping:ies:file", &Asset(&names.textures[profile.texture]))?;
+    }
     // The axis is −z of the light. Points and spheres have no direction of their own, so they turn to the axis.
     let turned = match light {
         Light::Point { .. } | Light::Sphere { .. } => {
             let z = -shaping.axis.as_dvec3().normalize();
-            let x = z.any_orthonormal_vector();
+            let side = shaping.profile.and_then(|p| (-p.side.as_dvec3()).reject_from_normalized(z).try_normalize());
+            let x = side.unwrap_or_else(|| z.any_orthonormal_vector());
             let rotation = DMat3::from_cols(x, z.cross(x), z);
             DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(rotation)
         }

@@ -9,7 +9,7 @@ pub(crate) mod text;
 mod value;
 
 use crate::error::Error;
-use crate::image::{UDIM, encode_exr, split, tile_name};
+use crate::image::{UDIM, encode_exr, encode_profile, split, tile_name};
 use crate::write::encoder::{Encoder, Role};
 use crate::write::geometry::{camera, instance, light, mesh, settings, strands};
 use crate::write::look::{look, surface};
@@ -42,7 +42,7 @@ impl Format {
 }
 
 /// Writes a scene in the format that the extension names, and its textures as OpenEXR into the folder `NAME-textures`
-/// next to it. An image of tiles becomes one file for each tile.
+/// next to it, profiles of lights as IES. An image of tiles becomes one file for each tile.
 ///
 /// [`crate::read()`] restores the same scene, except that:
 /// - the last bit of angles and of the lens radius may differ;
@@ -95,16 +95,26 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     std::fs::create_dir_all(&folder_path).map_err(|error| Error::write(&folder_path, error))?;
     let mut taken = HashSet::new();
     let mut names = Vec::new();
-    for texture in &scene.textures {
+    let is_profile =
+        |index: usize| scene.shapings.iter().any(|(_, shaping)| shaping.profile.is_some_and(|p| p.texture == index));
+    for (index, texture) in scene.textures.iter().enumerate() {
         let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
         let tile = if matches!(texture.wrap, [Wrap::Tiles(_), _]) { format!(".{UDIM}") } else { String::new() };
         let wish = plain(wish.trim_end_matches(UDIM).trim_end_matches('.'));
-        let mut name = format!("{wish}{tile}.exr");
+        let kind = if is_profile(index) { "ies" } else { "exr" };
+        let mut name = format!("{wish}{tile}.{kind}");
         let mut number = 2;
         // Some file systems do not distinguish upper and lower case.
         while !taken.insert(name.to_lowercase()) {
-            name = format!("{wish}_{number}{tile}.exr");
+            name = format!("{wish}_{number}{tile}.{kind}");
             number += 1;
+        }
+        if is_profile(index) {
+            let path = folder_path.join(&name);
+            let text = encode_profile(texture);
+            vellus_io::write(&path, text.as_bytes()).map_err(|error| Error::write(&path, error))?;
+            names.push(format!("./{folder}/{name}"));
+            continue;
         }
         for (number, tile) in split(texture) {
             let path: PathBuf = folder_path.join(tile_name(&name, number));

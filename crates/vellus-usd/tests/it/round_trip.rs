@@ -5,8 +5,8 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Prototype, ReflectanceOf, Scene,
-    Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
+    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Profile, Prototype,
+    ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Format, Options, write, write_to};
 
@@ -31,6 +31,14 @@ fn strands(name: &str, basis: Basis, counts: &[u32], look: usize) -> Strands {
     let at = |i: usize| Vec3::new(noise(i) - 0.5, 30.0 * noise(i + 1), -1e-5 * noise(i + 2));
     let points = (0..total).map(|i| at(4 * i).extend(1e-3 * noise(4 * i + 3))).collect();
     Strands { name: name.to_owned(), basis, starts, points, moved: None, root_uv: None, look, varying: Vec::new() }
+}
+
+/// The index of the profile of a lamp, and its image.
+const PROFILE: usize = 4;
+
+fn lamp() -> Texture {
+    let pixels = (0..721).map(|i| [30.0 * noise(i); 3]).collect();
+    Texture { name: "lamp.ies".to_owned(), width: 1, height: 721, pixels, wrap: [Wrap::Repeat; 2] }
 }
 
 /// A scene with every feature, and no value at its default.
@@ -99,6 +107,7 @@ fn scene() -> Scene {
             texture("roots.exr", 1, 4),
             Texture { wrap: [Wrap::Repeat; 2], ..texture("sky.exr", 4, 2) },
             texture("leather.exr", 2, 2),
+            lamp(),
         ],
         lights: vec![
             Light::Dome {
@@ -126,8 +135,21 @@ fn scene() -> Scene {
         background: None,
         unseen_lights: vec![0, 3],
         shapings: vec![
-            (5, Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0 }),
-            (6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 }),
+            (
+                5,
+                Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0, tint: [0.0; 3], profile: None },
+            ),
+            (
+                6,
+                Shaping {
+                    axis: Vec3::NEG_Y,
+                    cone: PI / 6.0,
+                    softness: 0.25,
+                    focus: 2.0,
+                    tint: [0.5, 0.25, 0.0],
+                    profile: Some(Profile { texture: PROFILE, side: Vec3::X }),
+                },
+            ),
         ],
         links: vec![
             (1, Link { lit: Objects::Except(vec!["/world/bezier".into(), "floor".into()]), ..Link::default() }),
@@ -140,6 +162,7 @@ fn scene() -> Scene {
             moved: Some(pose(0.25)),
             film_width: 0.36,
             film_height: 0.24,
+            shift: [0.0, -0.125],
             fit: Fit::Crop,
             lens_radius: 0.013,
             focus_distance: 4.3,
@@ -150,13 +173,16 @@ fn scene() -> Scene {
 
 /// Reading collects textures in the order in which lights, meshes and strands use them. This function reorders them.
 fn in_order_of_use(mut scene: Scene) -> Scene {
-    let order = [2, 3, 0, 1];
+    let order = [2, PROFILE, 3, 0, 1];
     let new = |old: usize| order.iter().position(|&o| o == old).unwrap();
     scene.textures = order.iter().map(|&o| scene.textures[o].clone()).collect();
     for light in &mut scene.lights {
         if let Light::Dome { texture, .. } | Light::Rect { texture, .. } = light {
             *texture = texture.map(new);
         }
+    }
+    for (_, shaping) in &mut scene.shapings {
+        shaping.profile = shaping.profile.map(|profile| Profile { texture: new(profile.texture), ..profile });
     }
     scene.surfaces.iter_mut().for_each(|s| s.color.texture = s.color.texture.map(new));
     scene.looks.iter_mut().flat_map(|l| &mut l.textured).for_each(|(_, value)| value.texture = new(value.texture));

@@ -1,6 +1,6 @@
 //! Cameras, and the units of the stage.
 
-use super::{FOUR, said};
+use super::{FOUR, said, scene};
 use crate::common::{read_text, told};
 use glam::Vec3;
 use vellus_scene::Units;
@@ -61,4 +61,16 @@ fn units_are_kept_and_unsupported_camera_settings_warn() {
         let error = told(with(broken));
         assert!(error.contains("metersPerUnit must be a positive number"), "{error}");
     }
+}
+
+/// The film is 2 wide and shifted by a quarter of that to the right, and by a tenth of its height down.
+#[test]
+fn offsets_of_the_aperture_shift_the_film() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def Camera \"c\" {{ float focalLength = 10 float horizontalAperture = 20 float verticalAperture = 10
+    float horizontalApertureOffset = 5 float verticalApertureOffset = -1 }}"
+    ));
+    assert_eq!((scene.camera.unwrap().shift, warnings.len()), ([0.5, -0.1], 0));
 }

@@ -2,7 +2,7 @@
 
 use super::{FOUR, said, scene};
 use glam::{Mat3, Vec3};
-use vellus_scene::Light;
+use vellus_scene::{Light, Shaping};
 use vellus_usd::Options;
 
 #[test]
@@ -30,7 +30,8 @@ def PortalLight \"portal\" {{ }}"
     ));
     let said = said(&warnings);
     assert!(
-        said.contains("/disk: inputs:shaping:ies:file is not supported")
+        said.contains("a.ies")
+            && said.contains("the light shines without its profile")
             && said.contains("/portal: PortalLight is not")
             && warnings.len() == 2,
         "{said}"
@@ -66,6 +67,58 @@ def PortalLight \"portal\" {{ }}"
     assert!(pole.abs_diff_eq(Vec3::Z, 1e-6) && middle.abs_diff_eq(-Vec3::Y, 1e-6));
     let Light::Dome { rotation, .. } = sky1 else { panic!() };
     assert!((*rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
+}
+
+/// A lamp that is bright below, to the left of its light, and a warm one. The texture has candela; the light of a
+/// file that is no profile is as bright as without it.
+#[test]
+fn profiles_tints_and_temperatures_shape_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let profile =
+        "IESNA:LM-63-1995\nTILT=NONE\n1 -1 1 3 4 1 2 0 0 0 1 1 9\n0 90 180\n0 90 180 270\n9 8 7 9 4 7 9 2 7 9 1 7\n";
+    std::fs::write(folder.path().join("lamp.ies"), profile).unwrap();
+    std::fs::write(folder.path().join("bad.ies"), "IESNA:LM-63-1995\nTILT=NONE\n1 x").unwrap();
+    let ies = "prepend apiSchemas = [\"ShapingAPI\"]";
+    let stage = format!(
+        "#usda 1.0
+def BasisCurves \"b\" {{ {FOUR} }}
+def SphereLight \"lamp\" ( {ies} ) {{ asset inputs:shaping:ies:file = @lamp.ies@
+    float xformOp:rotateY = 90 uniform token[] xformOpOrder = [\"xformOp:rotateY\"] }}
+def RectLight \"even\" ( {ies} ) {{ asset inputs:shaping:ies:file = @lamp.ies@ bool inputs:shaping:ies:normalize = 1 }}
+def RectLight \"bad\" ( {ies} ) {{ asset inputs:shaping:ies:file = @bad.ies@ }}
+def RectLight \"tinted\" ( {ies} ) {{ float inputs:shaping:focus = 3 color3f inputs:shaping:focusTint = (1, 0.5, 0) }}
+def RectLight \"warm\" {{ bool inputs:enableColorTemperature = 1 float inputs:colorTemperature = 3000
+    color3f inputs:color = (1, 0.5, 1) float inputs:intensity = 2 }}"
+    );
+    let file = folder.path().join("a.usda");
+    std::fs::write(&file, stage).unwrap();
+    let (scene, warnings) =
+        vellus_usd::read(&file, &Options::default()).map(|read| (read.scene, read.warnings)).unwrap();
+    let said = said(&warnings);
+    assert!(warnings.len() == 1 && said.contains("/bad: ") && said.contains("bad.ies: broken profile"), "{said}");
+    let shapings: Vec<_> = scene.shapings.iter().map(|(light, shaping)| (*light, shaping)).collect();
+    let [(0, lamp), (1, even), (3, tinted)] = shapings[..] else { panic!("{shapings:?}") };
+    assert_eq!((tinted.tint, tinted.focus), ([1.0, 0.5, 0.0], 3.0));
+    let factor = tinted.factor(Vec3::new(0.6, 0.0, -0.8));
+    assert!((factor[0] - 1.0).abs() < 1e-6 && (factor[1] - 0.756).abs() < 1e-6 && (factor[2] - 0.512).abs() < 1e-6);
+    // hdEmbree looks profiles up in the direction to the light: the first column is at −x, the second at −y.
+    let at = |shaping: &Shaping, direction: Vec3| {
+        let profile = shaping.profile.unwrap();
+        let image = &scene.textures[profile.texture];
+        image.at(profile.uv(shaping.axis.normalize(), direction, [image.width, image.height]))[0]
+    };
+    let turn = Mat3::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    for (direction, candela) in
+        [(Vec3::NEG_Z, 9.0), (Vec3::NEG_X, 8.0), (Vec3::NEG_Y, 4.0), (Vec3::X, 2.0), (Vec3::Y, 1.0), (Vec3::Z, 7.0)]
+    {
+        assert!((at(lamp, turn * direction) - candela).abs() < 0.02, "{direction}");
+    }
+    assert!((at(even, Vec3::NEG_X) / at(even, Vec3::X) - 4.0).abs() < 0.05 && at(even, Vec3::NEG_X) < 4.0);
+    // UsdLux.BlackbodyTemperatureAsRgb(3000) of OpenUSD is (1.7710, 0.8443, 0.2720).
+    let Light::Rect { radiance, .. } = scene.lights[4] else { panic!() };
+    for (found, expected) in radiance.into_iter().zip([2.0 * 1.7710, 0.8443, 2.0 * 0.2720]) {
+        assert!((found - expected).abs() < 0.01, "{radiance:?}");
+    }
 }
 
 /// UsdLux has no attribute for this, so those of four renderers count. The first one that a light has decides.
