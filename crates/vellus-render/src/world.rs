@@ -3,6 +3,7 @@
 use crate::film::Layer;
 use crate::film::layout::Layout;
 use crate::geometry::curves::Curves;
+use crate::geometry::details::Details;
 use crate::geometry::instances::Instances;
 use crate::geometry::triangles::Triangles;
 use crate::integrator::geometry::Geometry;
@@ -13,6 +14,7 @@ use crate::light::{Lighting, Lights};
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use crate::shown::{self, Reflectance, Shown};
+use std::sync::Arc;
 use vellus::{Bcsdf, Fiber, Model};
 use vellus_scene::{Camera, Error, Light, ReflectanceOf, Scene, Strands};
 
@@ -90,9 +92,13 @@ impl World {
             reach: radius,
         };
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
-        let instances = Instances::new(scene.prototypes, &scene.instances, own, count);
+        let mut instances = Instances::new(scene.prototypes, &scene.instances, own, count);
         let lights = Lights::new(&lights, &lighting, &scene.textures);
-        let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
+        let (curves, view) = (Curves::new(scene.strands), View::new(camera));
+        let mut triangles = Triangles::new(scene.meshes);
+        let details = Arc::new(Details::new(&scene.surfaces, &scene.textures));
+        triangles.detail(&details);
+        instances.detail(&details);
         let mut geometry = Geometry {
             is_simplified: instances.is_simplified(),
             moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),

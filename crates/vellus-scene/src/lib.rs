@@ -55,7 +55,7 @@ pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Profile, Shaping};
 pub use link::{Link, MAX_LINKED, Objects};
 pub use look::{Look, ReflectanceOf, Value};
-pub use mesh::{Mesh, SKIN, Surface, Tint};
+pub use mesh::{Mesh, NormalMap, Opacity, SKIN, Surface, Tint};
 pub use pixels::{Pixels, Tables};
 pub use polygon::triangulate;
 pub use scene::Scene;

@@ -13,6 +13,46 @@ pub struct Tint {
     pub texture: Option<usize>,
 }
 
+/// How much of a surface is there: rays pass it by chance where the opacity is below 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opacity {
+    /// The opacity, or the factor of the texture; in [0, 1].
+    pub value: f32,
+    /// Index of a texture in the scene, whose first channel counts.
+    pub texture: Option<usize>,
+    /// In [0, 1]. If positive, opacities from it on are 1, and others are 0.
+    pub threshold: f32,
+}
+
+impl Opacity {
+    /// That of a surface without holes.
+    pub const FULL: Opacity = Opacity { value: 1.0, texture: None, threshold: 0.0 };
+
+    /// The opacity where the texture has this value, in [0, 1].
+    pub fn at(&self, texel: f32) -> f32 {
+        let opacity = self.value * texel;
+        if self.threshold > 0.0 { f32::from(u8::from(opacity >= self.threshold)) } else { opacity.clamp(0.0, 1.0) }
+    }
+}
+
+/// Normals by an image. Coordinates of the normal are right (where u grows), up (where v grows) and outward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalMap {
+    /// Index of a texture in the scene.
+    pub texture: usize,
+    /// The factors of its channels, finite; usually 2.
+    pub scale: [f32; 3],
+    /// What is added, finite; usually −1.
+    pub bias: [f32; 3],
+}
+
+impl NormalMap {
+    /// The normal where the texture has these values; not normalized.
+    pub fn at(&self, texel: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|c| texel[c] * self.scale[c] + self.bias[c])
+    }
+}
+
 /// The surface of a mesh: a diffuse base under a rough dielectric coat, or metal, as in UsdPreviewSurface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -28,6 +68,10 @@ pub struct Surface {
     pub metallic: f32,
     /// Refractive index of the coat, in [1, 4]. 1 means no coat.
     pub ior: f32,
+    /// How much of it is there.
+    pub opacity: Opacity,
+    /// An image of its normals.
+    pub normals: Option<NormalMap>,
     /// Whether it is skin that has the colour of the coat that grows on it, times [`SKIN`]. A renderer then replaces
     /// the colour where strands grow.
     pub skin: bool,
@@ -41,7 +85,17 @@ impl Surface {
     /// A diffuse surface without a coat. `color` is linear RGB in [0, 1].
     pub fn diffuse(name: impl Into<String>, color: [f32; 3]) -> Self {
         let color = Tint { color, texture: None };
-        Surface { name: name.into(), color, emission: [0.0; 3], roughness: 1.0, metallic: 0.0, ior: 1.0, skin: false }
+        Surface {
+            name: name.into(),
+            color,
+            emission: [0.0; 3],
+            roughness: 1.0,
+            metallic: 0.0,
+            ior: 1.0,
+            opacity: Opacity::FULL,
+            normals: None,
+            skin: false,
+        }
     }
 }
 

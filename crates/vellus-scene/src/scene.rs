@@ -6,7 +6,7 @@ use crate::instances::{Instance, Prototype};
 use crate::light::{Light, Shaping};
 use crate::link::{Link, MAX_LINKED};
 use crate::look::{Look, ReflectanceOf};
-use crate::mesh::{Mesh, Surface, Tint};
+use crate::mesh::{Mesh, Opacity, Surface, Tint};
 use crate::strands::Strands;
 use crate::texture::Texture;
 use crate::units::Units;
@@ -118,7 +118,15 @@ impl Scene {
             if !(1.0..=4.0).contains(&surface.ior) {
                 return Err(invalid(&surface.name, "ior must be in [1, 4]"));
             }
-            if surface.color.texture.is_some_and(|t| t >= self.textures.len()) {
+            let Opacity { value, texture, threshold } = surface.opacity;
+            if ![value, threshold].into_iter().all(unit) {
+                return Err(invalid(&surface.name, "opacity and its threshold must be in [0, 1]"));
+            }
+            let map = surface.normals.map(|map| map.texture);
+            if surface.normals.is_some_and(|map| map.scale.into_iter().chain(map.bias).any(|x| !x.is_finite())) {
+                return Err(invalid(&surface.name, "scale and bias of a normal map must be finite"));
+            }
+            if [surface.color.texture, texture, map].into_iter().flatten().any(|t| t >= self.textures.len()) {
                 return Err(invalid(&surface.name, "the texture does not exist"));
             }
         }

@@ -129,7 +129,12 @@ fn add_body(opened: &mut Opened, path: &Path) -> Result<(), Error> {
         mesh
     }));
     scene.surfaces.extend(body.scene.surfaces.into_iter().map(|mut surface| {
-        surface.color.texture = surface.color.texture.map(|index| index + textures);
+        for texture in [&mut surface.color.texture, &mut surface.opacity.texture] {
+            *texture = texture.map(|index| index + textures);
+        }
+        if let Some(map) = &mut surface.normals {
+            map.texture += textures;
+        }
         surface
     }));
     scene.textures.extend(body.scene.textures);

@@ -15,7 +15,7 @@ use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vellus::glam::{Vec2, Vec3, Vec4};
 use vellus_open::{Backdrop, Markings, Staging, Tips, Warning};
-use vellus_scene::{Instance, Look, Mesh, Prototype, Strands, Surface, Texture};
+use vellus_scene::{Instance, Look, Mesh, Opacity, Prototype, Strands, Surface, Texture};
 use vellus_scene::{MAX_COORDINATE, Tint, Value};
 
 /// What a scene consists of, and its last preparation for rays.
@@ -435,6 +435,8 @@ impl Scene {
             roughness,
             metallic,
             ior,
+            opacity: Opacity::FULL,
+            normals: None,
             skin: false,
         });
         Ok(surfaces.len() - 1)

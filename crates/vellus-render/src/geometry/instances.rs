@@ -5,9 +5,11 @@
 
 use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::details::Details;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
 use glam::{Affine3A, Vec3, Vec4Swizzles};
+use std::sync::Arc;
 use vellus_scene::{Instance, Mesh, Prototype, Simplified, Strands, corners};
 
 /// A prototype, prepared for rays.
@@ -121,6 +123,11 @@ impl Instances {
         }
         let (bvh, leaves) = Bvh::build(boxes.len(), |i| boxes[i]);
         Instances { objects, placed, leaves, bvh }
+    }
+
+    /// Gives meshes the details of their surfaces.
+    pub(crate) fn detail(&mut self, details: &Arc<Details>) {
+        self.objects.iter_mut().for_each(|object| object.triangles.detail(details));
     }
 
     /// Number of instances.

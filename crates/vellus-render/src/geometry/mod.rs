@@ -2,6 +2,7 @@
 
 pub mod bvh;
 pub mod curves;
+pub(crate) mod details;
 pub mod instances;
 pub mod memory;
 pub mod ray;

@@ -1,10 +1,12 @@
 //! All triangles of a scene, prepared for rays: SIMD tests eight of them at once (Möller and Trumbore 1997).
 
 use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::details::Details;
 use crate::geometry::ray::Ray;
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::array::from_fn;
+use std::sync::Arc;
 use vellus_scene::Mesh;
 use wide::f32x8;
 
@@ -30,6 +32,10 @@ pub struct Triangles {
     /// Shapes of the blocks when the shutter closes, if anything moves.
     closed: Vec<Shape>,
     bvh: Bvh,
+    /// The details of surfaces, if any mesh has some.
+    details: Arc<Details>,
+    /// Whether rays may pass meshes.
+    passes: bool,
 }
 
 /// Where a ray hits a triangle.
@@ -68,8 +74,15 @@ impl Triangles {
             offsets.push(offsets[offsets.len() - 1] + mesh.triangles.len() as u32);
         }
         let count = offsets[meshes.len()] as usize;
-        let mut all =
-            Triangles { meshes, offsets, blocks: Vec::new(), closed: Vec::new(), bvh: Bvh::build(0, |_| EMPTY).0 };
+        let mut all = Triangles {
+            meshes,
+            offsets,
+            blocks: Vec::new(),
+            closed: Vec::new(),
+            bvh: Bvh::build(0, |_| EMPTY).0,
+            details: Arc::default(),
+            passes: false,
+        };
         let bounds = |i: u32, time: f32| -> Bounds {
             let [a, b, c] = all.corners(i, time);
             (a.min(b).min(c), a.max(b).max(c))
@@ -86,6 +99,14 @@ impl Triangles {
         }
         (all.blocks, all.closed, all.bvh) = (blocks, closed, bvh);
         all
+    }
+
+    /// Gives meshes the details of their surfaces.
+    pub(crate) fn detail(&mut self, details: &Arc<Details>) {
+        if self.meshes.iter().any(|mesh| details.has(mesh.surface)) {
+            self.details = details.clone();
+            self.passes = details.any_opacity();
+        }
     }
 
     /// The mesh of a triangle, and its index in the mesh.
@@ -141,10 +162,10 @@ impl Triangles {
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize;
                     mask &= mask - 1;
-                    let t = t.to_array()[lane];
-                    if t < t_max {
+                    let [t, u, v] = [t, u, v].map(|lanes| lanes.to_array()[lane]);
+                    if t < t_max && self.stops(ray, block.index[lane], u, v) {
                         t_max = t;
-                        best = Some((block.index[lane], t, u.to_array()[lane], v.to_array()[lane]));
+                        best = Some((block.index[lane], t, u, v));
                     }
                 }
                 t_max
@@ -170,11 +191,42 @@ impl Triangles {
             ray,
             |_| {},
             |leaf, t_max| {
-                found = blocks(&self.blocks[leaf as usize].index, self.meet(leaf, ray, t_max).0);
+                let index = &self.blocks[leaf as usize].index;
+                let (mut mask, _, u, v) = self.meet(leaf, ray, t_max);
+                if mask != 0 && self.passes {
+                    let [u, v] = [u, v].map(|lanes| lanes.to_array());
+                    let stops =
+                        |lane: &usize| mask >> lane & 1 != 0 && self.stops(ray, index[*lane], u[*lane], v[*lane]);
+                    mask = (0..WIDTH).filter(stops).fold(0, |mask, lane| mask | 1 << lane);
+                }
+                found = blocks(index, mask);
                 if found { -1.0 } else { t_max }
             },
         );
         found
+    }
+
+    /// The normal by the normal map of a mesh, which has texture coordinates. Where they are the same at two corners, it
+    /// is that of the mesh.
+    fn bent(&self, mesh: &Mesh, triangle: usize, corners: [Vec3; 3], uv: Vec2, smooth: Option<Vec3>) -> Option<Vec3> {
+        let [a, b, c] = mesh.uv.as_ref()?[triangle];
+        let [p, q, r] = corners;
+        let (ab, ac) = (b - a, c - a);
+        let area = ab.perp_dot(ac);
+        let right = ((q - p) * ac.y - (r - p) * ab.y) * area.signum();
+        let normal = smooth.or(scaled_normal(corners).try_normalize())?;
+        let bent = self.details.normal(mesh.surface, uv, normal, right.try_normalize()?, area.signum());
+        bent.and_then(Vec3::try_normalize).or(smooth)
+    }
+
+    /// Whether a ray does not pass a triangle that it hits.
+    fn stops(&self, ray: &Ray, index: u32, u: f32, v: f32) -> bool {
+        if !self.passes {
+            return true;
+        }
+        let (mesh, triangle) = self.place(index);
+        let mesh = &self.meshes[mesh];
+        self.details.stops(mesh.surface, uv(mesh, triangle, u, v), ray, index)
     }
 
     fn meet(&self, leaf: u32, ray: &Ray, t_max: f32) -> (u32, f32x8, f32x8, f32x8) {
@@ -192,25 +244,31 @@ impl Triangles {
         let facing = |n: Vec3| if n.dot(ray.direction) > 0.0 { -n } else { n };
         let plane = facing(scaled_normal(corners).normalize_or(Vec3::Z));
         let w = 1.0 - u - v;
+        let uv = uv(m, triangle, u, v);
         let smooth = m.normals.as_ref().map(|n| {
             let [a, b, c] = n[triangle];
             let n = a * w + b * u + c * v;
             let n = if m.moved.is_some() { carried(n, self.corners(index, 0.0), corners) } else { n };
             n.normalize_or(plane)
         });
+        let smooth = if self.details.bends(m.surface) { self.bent(m, triangle, corners, uv, smooth) } else { smooth };
         // At a silhouette, a shading normal may face away from the ray. The normal of the plane then replaces it.
         let normal = smooth.map_or(plane, |n| if n.dot(plane) < 0.0 { -n } else { n });
         let normal = if normal.dot(ray.direction) < 0.0 { normal } else { plane };
-        let uv = m.uv.as_ref().map_or(Vec2::new(u, v), |uv| {
-            let [a, b, c] = uv[triangle];
-            a * w + b * u + c * v
-        });
         let movement = m.moved.as_ref().map_or(Vec3::ZERO, |moved| {
             let [a, b, c] = m.triangles[triangle].map(|v| moved[v as usize] - m.positions[v as usize]);
             a * w + b * u + c * v
         });
         TriangleHit { mesh, t, plane, normal, uv, movement }
     }
+}
+
+/// The texture coordinates of a point of a triangle.
+fn uv(mesh: &Mesh, triangle: usize, u: f32, v: f32) -> Vec2 {
+    mesh.uv.as_ref().map_or(Vec2::new(u, v), |uv| {
+        let [a, b, c] = uv[triangle];
+        a * (1.0 - u - v) + b * u + c * v
+    })
 }
 
 /// The normal of a triangle, with twice its area as length.
@@ -253,6 +311,94 @@ fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vellus_scene::{NormalMap, Opacity, Surface, Texture, Wrap};
+
+    /// A square from 0 to 1 in x and y, with these texture coordinates, and an opacity.
+    fn square(opacity: Opacity, textures: &[Texture]) -> Triangles {
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+        let triangles = vec![[0, 1, 2], [0, 2, 3]];
+        let at = |v: u32| positions[v as usize].truncate();
+        let uv = Some(triangles.iter().map(|corners: &[u32; 3]| corners.map(at)).collect());
+        let mesh = Mesh { name: "square".to_owned(), positions, triangles, normals: None, uv, surface: 0, moved: None };
+        let mut all = Triangles::new(vec![mesh]);
+        all.detail(&Arc::new(Details::new(&[Surface { opacity, ..Surface::diffuse("s", [0.5; 3]) }], textures)));
+        all
+    }
+
+    /// Of 40,000 rays, the part that the surface stops has a standard error of at most 0.0025. Five of them are exceeded
+    /// by chance in one of two million cases. Two squares behind one another stop independently.
+    #[test]
+    fn rays_pass_surfaces_by_chance() {
+        for share in [0.0, 0.1, 0.5, 0.9, 1.0] {
+            let all = square(Opacity { value: share, ..Opacity::FULL }, &[]);
+            let behind = square(Opacity { value: share, ..Opacity::FULL }, &[]);
+            let (mut nearest, mut shadows, mut both) = (0, 0, 0);
+            for i in 0..40_000 {
+                let (x, y) = ((i % 200) as f32 / 200.0 + 1e-3, (i / 200) as f32 / 200.0 + 1e-3);
+                let ray = Ray::new(Vec3::new(x, y, 2.0), Vec3::new(0.0, 0.0, -1.0));
+                let stopped = all.intersect(&ray).is_some();
+                // The same ray has the same answer.
+                assert_eq!(all.intersect(&ray).is_some(), stopped);
+                assert_eq!(all.occluded(&ray), stopped);
+                nearest += i32::from(stopped);
+                let other = Ray::new(Vec3::new(x, y, 1.0), Vec3::new(1e-3, 0.0, -1.0).normalize());
+                let shadow = behind.occluded(&other);
+                shadows += i32::from(shadow);
+                both += i32::from(shadow && stopped);
+            }
+            let near = |count: i32, expected: f32| (count as f32 / 40_000.0 - expected).abs() <= 0.0125;
+            assert!(near(nearest, share) && near(shadows, share) && near(both, share * share), "{share}");
+        }
+    }
+
+    /// A normal that leans to growing u, and one that leans to growing v, from both sides, on a square whose image is as
+    /// wide as it, mirrored, or turned by a right angle.
+    #[test]
+    fn a_normal_map_follows_the_texture_coordinates() {
+        type Map = fn(Vec2) -> Vec2;
+        let maps: [(Map, Vec3, Vec3); 3] = [
+            (|p| p, Vec3::X, Vec3::Y),
+            (|p| Vec2::new(1.0 - p.x, p.y), Vec3::NEG_X, Vec3::Y),
+            (|p| Vec2::new(p.y, 3.0 - 2.0 * p.x), Vec3::Y, Vec3::NEG_X),
+        ];
+        for (map, right, up) in maps {
+            for (texel, lean) in [([0.8, 0.5, 0.9], right), ([0.5, 0.8, 0.9], up)] {
+                let texture = Texture {
+                    name: String::new(),
+                    width: 1,
+                    height: 1,
+                    pixels: vec![texel].into(),
+                    wrap: [Wrap::Repeat; 2],
+                };
+                let map_of = NormalMap { texture: 0, scale: [2.0; 3], bias: [-1.0; 3] };
+                let mut all = square(Opacity::FULL, &[]);
+                let mesh = &mut all.meshes[0];
+                mesh.uv.as_mut().unwrap().iter_mut().flatten().for_each(|uv| *uv = map(*uv));
+                let surface = Surface { normals: Some(map_of), ..Surface::diffuse("s", [0.5; 3]) };
+                all.detail(&Arc::new(Details::new(&[surface], &[texture])));
+                let expected = (0.6 * lean + 0.8 * Vec3::Z).normalize();
+                for side in [1.0, -1.0] {
+                    let ray = Ray::new(Vec3::new(0.3, 0.6, side), Vec3::new(0.0, 0.0, -side));
+                    let normal = all.intersect(&ray).unwrap().normal;
+                    assert!(normal.abs_diff_eq(side * expected, 1e-5), "{normal} {expected}");
+                }
+            }
+        }
+    }
+
+    /// The left half of a texture is below the threshold.
+    #[test]
+    fn a_threshold_cuts_holes() {
+        let pixels = vec![[0.2; 3], [0.2; 3], [0.7; 3], [0.7; 3]].into();
+        let texture = Texture { name: String::new(), width: 4, height: 1, pixels, wrap: [Wrap::Clamp; 2] };
+        let all = square(Opacity { value: 1.0, texture: Some(0), threshold: 0.3 }, &[texture]);
+        for i in 0..100 {
+            let x = i as f32 / 100.0 + 5e-3;
+            let ray = Ray::new(Vec3::new(x, 0.3, 1.0), Vec3::NEG_Z);
+            // The threshold is met a fifth of a pixel from the middle of the second one.
+            assert_eq!(all.intersect(&ray).is_some(), x > 0.375 + 0.25 * 0.2, "{x}");
+        }
+    }
 
     /// From inside a closed box, every ray hits one of its planes, and none escapes.
     #[test]

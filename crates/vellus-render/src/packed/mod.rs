@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use vellus::Fiber;
 use vellus_io::Progress;
-use vellus_scene::{Tint, Wrap};
+use vellus_scene::{Opacity, Tint, Wrap};
 
 /// Marks a number that is missing.
 pub const NONE: u32 = u32::MAX;
@@ -97,6 +97,9 @@ impl World {
         }
         if geometry.lights.is_linked() {
             return Err("links of lights: lights that light some objects only, lack shadows, or have gains".to_owned());
+        }
+        if geometry.surfaces.iter().any(|surface| surface.opacity != Opacity::FULL || surface.normals.is_some()) {
+            return Err("surfaces with an opacity or a normal map".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());

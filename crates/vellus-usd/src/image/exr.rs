@@ -12,8 +12,8 @@ use vellus_scene::Texture;
 /// How many channels a message names.
 const SHOWN: usize = 16;
 
-/// Decodes a file: its colour, or a single channel as grey.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, Invalid> {
+/// Decodes a file: its colour, or a single channel as grey, or its channel A, which is 1 if it is missing.
+pub(crate) fn decode(bytes: &[u8], is_alpha: bool) -> Result<Pixels, Invalid> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(told)?;
     for header in &meta.headers {
         checked_size(header.layer_size.width(), header.layer_size.height())?;
@@ -22,6 +22,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, Invalid> {
         }
     }
     let Chosen { names: [first, second, third], is_grey } = choose(&meta)?;
+    let alpha = if is_alpha { "A" } else { "" };
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -29,10 +30,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, Invalid> {
         .required(first.as_str())
         .optional(second.as_str(), 0.0)
         .optional(third.as_str(), 0.0)
+        .optional(alpha, 1.0)
         .collect_pixels(
             |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
-            move |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
-                pixels[at.y() * *width + at.x()] = if is_grey { [r; 3] } else { [r, g, b] };
+            move |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b, a): (f32, f32, f32, f32)| {
+                let color = if is_grey { [r; 3] } else { [r, g, b] };
+                pixels[at.y() * *width + at.x()] = if is_alpha { [a; 3] } else { color };
             },
         )
         .first_valid_layer()
@@ -127,14 +130,14 @@ mod tests {
     }
 
     fn first(channels: &[&str]) -> [f32; 3] {
-        decode(&image(channels)).unwrap().rgb.get(0)
+        decode(&image(channels), false).unwrap().rgb.get(0)
     }
 
     #[test]
     fn luminance_and_the_only_channel_are_grey() {
         let pixels = Pixels { width: 2, height: 1, rgb: vec![[1.0; 3], [-1.0; 3]].into() };
         for channels in [&["Y"][..], &["R"], &["Y", "A"], &["R", "A"], &["density"], &["mask.X"], &["Y", "id", "Z"]] {
-            assert_eq!(decode(&image(channels)).unwrap(), pixels, "{channels:?}");
+            assert_eq!(decode(&image(channels), false).unwrap(), pixels, "{channels:?}");
         }
         assert_eq!(first(&["id", "R"]), [2.0; 3]);
     }
@@ -148,12 +151,12 @@ mod tests {
 
     #[test]
     fn other_channels_are_named() {
-        let error = decode(&image(&["N.R", "N.G", "N.B", "P.R", "P.G", "P.B"])).unwrap_err().0;
+        let error = decode(&image(&["N.R", "N.G", "N.B", "P.R", "P.G", "P.B"]), false).unwrap_err().0;
         assert!(error.contains("with the channels N.B, N.G, N.R, P.B, P.G, P.R: R, G and B"), "{error}");
         assert!(!error.contains("broken"));
         let names: Vec<String> = (0..40).map(|i| format!("c{i:02}")).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let error = decode(&image(&names)).unwrap_err().0;
+        let error = decode(&image(&names), false).unwrap_err().0;
         assert!(error.contains("c15 and 24 more"), "{error}");
     }
 }

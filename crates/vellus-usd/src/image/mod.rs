@@ -78,6 +78,8 @@ pub(crate) enum Encoding {
     Auto,
     /// In this colour space.
     Space(ColorSpace),
+    /// Its alpha channel, as plain numbers; 1 if it has none.
+    Alpha,
     /// The intensity of a lamp by direction, as an IES profile.
     Profile(Use),
 }
@@ -151,8 +153,10 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
             guarded(|| tiff::decode(bytes)).map(|samples| samples.pixels(encoding))
         }
-        [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding)),
-        [0x76, 0x2f, 0x31, 0x01, ..] => guarded(|| exr::decode(bytes)).map(|pixels| converted(pixels, encoding)),
+        [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding, false)),
+        [0x76, 0x2f, 0x31, 0x01, ..] => {
+            guarded(|| exr::decode(bytes, encoding == Encoding::Alpha)).map(|pixels| converted(pixels, encoding, true))
+        }
         _ => Err("it is no PNG, JPEG, TIFF, Radiance HDR or OpenEXR image".into()),
     };
     let decoded = if let Encoding::Profile(used) = encoding { ies::decode(bytes, used) } else { by_format() };
@@ -181,7 +185,10 @@ fn guarded<T>(decode: impl FnOnce() -> Result<T, Invalid>) -> Result<T, Invalid>
 }
 
 /// Pixels in linear Rec. 709.
-fn converted(mut pixels: Pixels, encoding: Encoding) -> Pixels {
+fn converted(mut pixels: Pixels, encoding: Encoding, has_alpha: bool) -> Pixels {
+    if encoding == Encoding::Alpha && !has_alpha {
+        pixels.rgb.map(|_| [1.0; 3]);
+    }
     if let Encoding::Space(space) = encoding
         && space != ColorSpace::LINEAR
     {

@@ -46,15 +46,24 @@ impl Samples {
         let space = match encoding {
             Encoding::Space(space) => space,
             Encoding::Auto if is_srgb => ColorSpace::SRGB,
-            Encoding::Auto | Encoding::Profile(_) => ColorSpace::LINEAR,
+            Encoding::Auto | Encoding::Alpha | Encoding::Profile(_) => ColorSpace::LINEAR,
+        };
+        // Which sample of a pixel becomes red, green and blue.
+        let all = match (encoding, is_color) {
+            (Encoding::Alpha, _) if channels == 1 || channels == 3 => {
+                let pixel = scene::Pixels::from(vec![[1.0; 3]]);
+                return Pixels { width: 1, height: 1, rgb: pixel };
+            }
+            (Encoding::Alpha, _) => [channels - 1; 3],
+            (_, true) => [0, 1, 2],
+            (_, false) => [0; 3],
         };
         let entry = |i: usize, most: u32| space.decode(i as f64 / f64::from(most)) as f32;
-        let size = (width * height, channels, is_color);
+        let size = (width * height, channels, all);
         let rgb = match values {
             Values::Eight(mut data) => {
                 data.truncate(width * height * channels);
                 let table = std::array::from_fn(|i| entry(i, u8::MAX.into()));
-                let all = if is_color { [0, 1, 2] } else { [0; 3] };
                 scene::Pixels::Bytes {
                     bytes: data.into(),
                     stride: channels,
@@ -78,16 +87,11 @@ impl Samples {
     }
 }
 
-/// The first three samples of each pixel, or the first one thrice.
+/// Three samples of each pixel.
 fn gather<T: Copy>(
     data: &[T],
-    (count, channels, is_color): (usize, usize, bool),
+    (count, channels, all): (usize, usize, [usize; 3]),
     value: impl Fn(T) -> f32,
 ) -> scene::Pixels {
-    let pixels = data.chunks_exact(channels).take(count);
-    if is_color {
-        pixels.map(|pixel| [value(pixel[0]), value(pixel[1]), value(pixel[2])]).collect()
-    } else {
-        pixels.map(|pixel| [value(pixel[0]); 3]).collect()
-    }
+    data.chunks_exact(channels).take(count).map(|pixel| all.map(|channel| value(pixel[channel]))).collect()
 }

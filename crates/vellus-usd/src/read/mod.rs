@@ -16,6 +16,8 @@ mod motion;
 mod network;
 mod nurbs;
 mod options;
+mod paint;
+mod parts;
 mod polygons;
 mod prim;
 mod primvar;
@@ -272,8 +274,9 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         }
         "GeomSubset" => {
             let whole = place.path.rsplit_once('/').map_or("", |(parent, _)| parent);
-            if bound_material(reader, &place.path)? != bound_material(reader, whole)? {
-                reader.warnings.add(&place.path, "a mesh has one material: the material of this subset is ignored");
+            let is_mesh = reader.stage.type_name(whole)? == "Mesh";
+            if !is_mesh && bound_material(reader, &place.path)? != bound_material(reader, whole)? {
+                reader.warnings.add(&place.path, "only meshes have parts: the material of this subset is ignored");
             }
             Ok(())
         }

@@ -10,12 +10,14 @@ pub(crate) struct Polygons {
     pub indices: Vec<i64>,
     /// The faces that are not shown.
     pub holes: Vec<i64>,
+    /// The part of each face; empty if there is one part.
+    pub parts: Vec<usize>,
     /// The points when the shutter opens.
     pub open: Vec<[f32; 3]>,
     /// The points when the shutter closes, as many; `None` if both times are the same.
     pub close: Option<Vec<[f32; 3]>>,
     /// Shading normals.
     pub normals: Option<Primvar>,
-    /// Texture coordinates.
+    /// Texture coordinates; or colours, with three lanes, of a mesh whose surface has no texture.
     pub uv: Option<Primvar>,
 }

@@ -87,8 +87,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let Points { open, close, base: _ } = pose(reader, prim, points)?;
     (shape.open, shape.close) = (open, close);
     turn(reader, prim, &mut shape)?;
-    let Some(surface) = surface(reader, prim)? else { return Ok(()) };
-    show(reader, place, left_handed, shape, surface)
+    let surface = surface(reader, prim)?;
+    show(reader, place, left_handed, shape, &[surface])
 }
 
 /// A sphere of radius 1.
@@ -185,6 +185,7 @@ fn revolve(strips: &[Vec<Ring>], axis: usize) -> Polygons {
         counts,
         indices,
         holes: Vec::new(),
+        parts: Vec::new(),
         open: points,
         close: None,
         normals: Some(primvar(normals, 3, Interpolation::Vertex)),
@@ -200,6 +201,7 @@ fn quads(points: Vec<[f32; 3]>, indices: Vec<i64>) -> Polygons {
         counts: vec![4; faces],
         indices,
         holes: Vec::new(),
+        parts: Vec::new(),
         open: points,
         close: None,
         normals: None,

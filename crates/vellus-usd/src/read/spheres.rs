@@ -43,7 +43,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let first = reader.scene.meshes.len();
     let mut local = place.clone();
     (local.to_world, local.moved) = (DMat4::IDENTITY, DMat4::IDENTITY);
-    show(reader, &local, false, sphere(), surface)?;
+    show(reader, &local, false, sphere(), &[Some(surface)])?;
     let meshes = reader.scene.meshes.split_off(first);
     let name = reader.name(prim)?;
     reader.scene.prototypes.push(Prototype { name, strands: Vec::new(), meshes });

@@ -122,10 +122,18 @@ fn fine(surface: &Subdivision, tags: &Tags, polygons: Polygons, left_handed: boo
         counts: vec![finest.face(0).len() as i64; finest.face_count()],
         indices: finest.corners().iter().map(|&vertex| i64::from(vertex)).collect(),
         holes,
+        parts: if polygons.parts.is_empty() {
+            Vec::new()
+        } else {
+            (0..finest.face_count()).map(|face| polygons.parts[surface.source(face)]).collect()
+        },
         open: surface.limit(&refined),
         close: polygons.close.map(|close| surface.limit(&surface.refined(&close))),
         normals: Some(at_corners(normals.into_flattened(), 3)),
-        uv: polygons.uv.map(|uv| fine_uv(surface, tags.rule, uv)),
+        uv: polygons.uv.map(|uv| match uv.values.lanes {
+            3 => fine_values::<3>(surface, tags.rule, uv),
+            _ => fine_values::<2>(surface, tags.rule, uv),
+        }),
     }
 }
 
@@ -133,10 +141,10 @@ fn at_corners(values: Vec<f32>, lanes: usize) -> Primvar {
     Primvar { values: Numbers { values, lanes }, interpolation: Interpolation::FaceVarying, space: None }
 }
 
-fn fine_uv(surface: &Subdivision, rule: FaceVarying, uv: Primvar) -> Primvar {
-    let (rows, _) = uv.values.values.as_chunks::<2>();
+fn fine_values<const N: usize>(surface: &Subdivision, rule: FaceVarying, uv: Primvar) -> Primvar {
+    let (rows, _) = uv.values.values.as_chunks::<N>();
     let at =
-        |values: Vec<[f32; 2]>| Primvar { values: Numbers { values: values.into_flattened(), lanes: 2 }, ..uv.clone() };
+        |values: Vec<[f32; N]>| Primvar { values: Numbers { values: values.into_flattened(), lanes: N }, ..uv.clone() };
     match uv.interpolation {
         Interpolation::Constant => uv,
         Interpolation::Uniform => {

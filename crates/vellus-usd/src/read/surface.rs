@@ -5,10 +5,10 @@ use crate::read::context::Reader;
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::primvar::{Interpolation, Primvar, inherited};
 use crate::read::shading::{self, Model};
-use crate::read::uv_texture::uv_texture;
+use crate::read::uv_texture::{normal_map, uv_texture};
 use crate::stage::{Stage, When};
 use crate::warning::Fault;
-use vellus_scene::{Surface, Tint};
+use vellus_scene::{Opacity, Surface, Tint};
 
 /// The index of the surface of a mesh in the scene. Reads the surface if it is new. `None`, with a warning, if the mesh
 /// is invisible.
@@ -99,10 +99,21 @@ fn add(reader: &mut Reader, key: &str, surface: Option<Surface>) -> Result<usize
     Ok(reader.scene.surfaces.len() - 1)
 }
 
-/// A diffuse surface with the displayColor of the mesh if that is constant, otherwise with the grey that USD defines.
+/// A diffuse surface with the displayColor of the mesh, or the mean of it, otherwise with the grey that USD defines.
 fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
     let name = "primvars:displayColor";
-    let grey = Surface::diffuse(prim, [0.18; 3]);
+    let mut grey = Surface::diffuse(prim, [0.18; 3]);
+    if let Some(found) = inherited(reader.stage, prim, "primvars:displayOpacity", When::Open)? {
+        let values = found.values.values;
+        if values.iter().any(|x| *x != values[0]) {
+            let what = "primvars:displayOpacity varies over the mesh, which is not supported: its mean is used";
+            reader.warnings.add(prim, what);
+        }
+        if !values.is_empty() {
+            grey.opacity.value = values.iter().sum::<f32>() / values.len() as f32;
+            hold(reader, prim, &mut grey, [""; 3]);
+        }
+    }
     let Some(Primvar { mut values, space, interpolation }) = inherited(reader.stage, prim, name, When::Open)? else {
         return Ok(grey);
     };
@@ -113,7 +124,8 @@ fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
     reader.convert(prim, name, space.as_deref(), &mut values)?;
     let is_constant =
         interpolation == Interpolation::Constant || values.values.chunks(3).all(|c| *c == values.values[..3]);
-    if !is_constant {
+    // Those of a mesh become an image.
+    if !is_constant && reader.stage.type_name(prim)? != "Mesh" {
         reader.warnings.add(prim, format!("{name} varies over the mesh, which is not supported: its mean is used"));
     }
     let count = values.len() as f32;
@@ -121,7 +133,7 @@ fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
     let channel = |c: usize| values.values.iter().skip(c).step_by(3).map(|x| x.max(0.0) / count).sum::<f32>();
     let mean = std::array::from_fn(channel);
     let color = if is_constant { [values.values[0], values.values[1], values.values[2]] } else { mean };
-    let mut surface = Surface::diffuse(prim, color);
+    let mut surface = Surface { color: Tint { color, texture: None }, ..grey };
     hold(reader, prim, &mut surface, [""; 3]);
     Ok(surface)
 }
@@ -129,7 +141,7 @@ fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
 /// Moves values of a surface to the nearest ones that are valid, with a warning. `names` are those of the inputs for
 /// the roughness, the metalness and the refractive index.
 fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface, names: [&str; 3]) {
-    let Surface { color, roughness, metallic, ior, .. } = surface;
+    let Surface { color, roughness, metallic, ior, opacity, .. } = surface;
     let [r, g, b] = &mut color.color;
     let unit = 0.0..=1.0;
     let all = [
@@ -137,7 +149,9 @@ fn hold(reader: &mut Reader, prim: &str, surface: &mut Surface, names: [&str; 3]
         ("its colour".to_owned(), g, unit.clone()),
         ("its colour".to_owned(), b, unit.clone()),
         (format!("inputs:{}", names[0]), roughness, unit.clone()),
-        (format!("inputs:{}", names[1]), metallic, unit),
+        (format!("inputs:{}", names[1]), metallic, unit.clone()),
+        ("its opacity".to_owned(), &mut opacity.value, unit.clone()),
+        ("inputs:opacityThreshold".to_owned(), &mut opacity.threshold, unit),
         (format!("inputs:{}", names[2]), ior, 1.0..=4.0),
     ];
     for (name, value, range) in all {
@@ -164,6 +178,8 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
         roughness: 0.5,
         metallic: 0.0,
         ior: 1.5,
+        opacity: Opacity::FULL,
+        normals: None,
         skin: reader.prim(prim)?.token(SKIN)?.as_deref() == Some("auto"),
     };
     match input(reader.stage, prim, "inputs:diffuseColor")? {
@@ -184,6 +200,26 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
     number("inputs:roughness", &mut surface.roughness)?;
     number("inputs:metallic", &mut surface.metallic)?;
     number("inputs:ior", &mut surface.ior)?;
+    number("inputs:opacityThreshold", &mut surface.opacity.threshold)?;
+    match input(reader.stage, prim, "inputs:opacity")? {
+        Input::Shader(source) if source.id == "UsdUVTexture" => {
+            if let Some((texture, factor)) = uv_texture(reader, &source, true, false)? {
+                (surface.opacity.value, surface.opacity.texture) = (factor[0], Some(texture));
+            }
+        }
+        source => {
+            let mut value = [surface.opacity.value];
+            set(reader, prim, "inputs:opacity", source, &mut value)?;
+            surface.opacity.value = value[0];
+        }
+    }
+    if let Input::Shader(source) = input(reader.stage, prim, "inputs:normal")? {
+        if source.id == "UsdUVTexture" {
+            surface.normals = normal_map(reader, &source)?;
+        } else {
+            reader.warnings.add(prim, format!("inputs:normal by a {} is not supported and is ignored", source.id));
+        }
+    }
     let source = input(reader.stage, prim, "inputs:emissiveColor")?;
     set(reader, prim, "inputs:emissiveColor", source, &mut surface.emission)?;
     Ok(surface)

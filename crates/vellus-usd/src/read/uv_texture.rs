@@ -1,12 +1,13 @@
 //! Reads textures (UsdUVTexture).
 
+use crate::color::ColorSpace;
 use crate::error::Error;
 use crate::image::Encoding;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
 use crate::warning::Fault;
-use vellus_scene::{Texture, Wrap};
+use vellus_scene::{NormalMap, Texture, Wrap};
 
 /// The inputs for the wrap modes along u and v.
 pub(crate) const WRAP_INPUTS: [&str; 2] = ["inputs:wrapS", "inputs:wrapT"];
@@ -70,12 +71,59 @@ pub(crate) fn uv_texture(
     }))
 }
 
+/// Four numbers of a texture: the first three, or the fourth one thrice.
+fn four(stage: &Stage, prim: &str, name: &str, fallback: f32, is_alpha: bool) -> Result<[f32; 3], Error> {
+    match stage.numbers(prim, name, When::Open)?.map(|n| n.values).as_deref() {
+        None => Ok([fallback; 3]),
+        Some(&[_, _, _, a]) if is_alpha && a.is_finite() => Ok([a; 3]),
+        Some(&[r, g, b, _]) if r.is_finite() && g.is_finite() && b.is_finite() => Ok([r, g, b]),
+        Some(_) => Err(Error::prim(prim, format!("{name} must be four finite numbers"))),
+    }
+}
+
+/// The normal map that a texture is. Without its own scale and bias, they are those that the schema of
+/// UsdPreviewSurface asks for.
+pub(crate) fn normal_map(reader: &mut Reader, shader: &Shader) -> Result<Option<NormalMap>, Error> {
+    let prim = shader.prim.as_str();
+    let read = read_source(reader, shader, false).and_then(|(source, scale)| {
+        // Numbers, whatever the file says of colours.
+        let encoding = match source.encoding {
+            Encoding::Auto => Encoding::Space(ColorSpace::LINEAR),
+            other => other,
+        };
+        let has_scale = reader.stage.has_value(prim, "inputs:scale")?;
+        let [scale, bias] = if has_scale {
+            [scale, four(reader.stage, prim, "inputs:bias", 0.0, false)?]
+        } else {
+            [[2.0; 3], [-1.0; 3]]
+        };
+        reader.stage.know(prim, &["inputs:bias"])?;
+        Ok(NormalMap { texture: reader.texture(prim, TextureSource { encoding, ..source })?, scale, bias })
+    });
+    match read {
+        Ok(map) => Ok(Some(map)),
+        Err(error) => {
+            reader.fault(Fault::Texture, prim, error, "the normals are those of the mesh")?;
+            Ok(None)
+        }
+    }
+}
+
 /// What the shader reads, and its scale. `is_number` means that only the first channel is used.
 pub(crate) fn texture_source(
     reader: &mut Reader,
     shader: &Shader,
     is_number: bool,
 ) -> Result<(TextureSource, [f32; 3]), Error> {
+    let found = read_source(reader, shader, is_number)?;
+    let prim = shader.prim.as_str();
+    if four(reader.stage, prim, "inputs:bias", 0.0, shader.output == "a")? != [0.0; 3] {
+        reader.warnings.add(prim, "inputs:bias is not supported and is ignored");
+    }
+    Ok(found)
+}
+
+fn read_source(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(TextureSource, [f32; 3]), Error> {
     let prim = shader.prim.as_str();
     reader.prim(prim)?;
     let stage = reader.stage;
@@ -88,16 +136,20 @@ pub(crate) fn texture_source(
         "r" => (!is_number).then_some(0),
         "g" => Some(1),
         "b" => Some(2),
+        "a" => None,
         other => {
-            return Err(Error::prim(prim, format!("its output {other} is not supported: it must be rgb, r, g or b")));
+            let what = format!("its output {other} is not supported: it must be rgb, r, g, b or a");
+            return Err(Error::prim(prim, what));
         }
     };
     let space = match input(stage, prim, "inputs:sourceColorSpace")? {
         Input::Value(at) => stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next()),
         _ => None,
     };
+    let is_alpha = shader.output == "a";
     // The colour space of the file counts where the shader leaves it open.
     let encoding = match space.filter(|space| !["", "auto"].contains(&space.as_str())) {
+        _ if is_alpha => Encoding::Alpha,
         None => reader.encoding(&at.prim, &at.name, true)?,
         space => {
             let known = reader.color_space(prim, "inputs:sourceColorSpace", space.as_deref())?;
@@ -105,21 +157,10 @@ pub(crate) fn texture_source(
         }
     };
     let stage = reader.stage;
-    let four = |name: &str, fallback: f32| -> Result<[f32; 3], Error> {
-        match stage.numbers(prim, name, When::Open)?.map(|n| n.values).as_deref() {
-            None => Ok([fallback; 3]),
-            Some(&[r, g, b, _]) if r.is_finite() && g.is_finite() && b.is_finite() => Ok([r, g, b]),
-            Some(_) => Err(Error::prim(prim, format!("{name} must be four finite numbers"))),
-        }
-    };
-    let scale = four("inputs:scale", 1.0)?;
-    let bias = four("inputs:bias", 0.0)?;
+    let scale = four(stage, prim, "inputs:scale", 1.0, is_alpha)?;
     let [s, t] = WRAP_INPUTS;
     let wrap = [wrap(stage, prim, s)?, wrap(stage, prim, t)?];
     let coordinates = input(stage, prim, "inputs:st")?;
-    if bias != [0.0; 3] {
-        reader.warnings.add(prim, "inputs:bias is not supported and is ignored");
-    }
     let uv = match coordinates {
         Input::Shader(source) => coordinate_set(reader, prim, source)?,
         _ => None,

@@ -7,7 +7,7 @@ use crate::write::encoder::{Encoder, Role};
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::value::{Asset, Token, Value, Words};
 use std::io;
-use vellus_scene::{Look, Parameter, Surface};
+use vellus_scene::{Look, NormalMap, Opacity, Parameter, Surface};
 
 /// Writes a look as a material. Returns its path.
 pub(crate) fn look(out: &mut dyn Encoder, look: &Look, names: &mut Names) -> io::Result<String> {
@@ -38,7 +38,7 @@ pub(crate) fn look(out: &mut dyn Encoder, look: &Look, names: &mut Names) -> io:
     out.close()?;
     for (parameter, value) in &look.textured {
         let output = if parameter.channels() > 1 { "float3 outputs:rgb" } else { "float outputs:r" };
-        uv_texture(out, &path, parameter.name(), names, value.texture, value.scale, output)?;
+        uv_texture(out, &path, parameter.name(), names, value.texture, [value.scale, [0.0; 3]], output)?;
     }
     coordinates(out, !look.textured.is_empty())?;
     out.close()?;
@@ -62,15 +62,30 @@ pub(crate) fn surface(out: &mut dyn Encoder, surface: &Surface, names: &mut Name
     out.set("float inputs:roughness", &surface.roughness)?;
     out.set("float inputs:metallic", &surface.metallic)?;
     out.set("float inputs:ior", &surface.ior)?;
+    let Opacity { value, texture, threshold } = surface.opacity;
+    match texture {
+        Some(_) => out.connect("float inputs:opacity", &format!("{path}/Opacity.outputs:r"))?,
+        None => out.set("float inputs:opacity", &value)?,
+    }
+    out.set("float inputs:opacityThreshold", &threshold)?;
+    if surface.normals.is_some() {
+        out.connect("normal3f inputs:normal", &format!("{path}/Normal.outputs:rgb"))?;
+    }
     if surface.skin {
         out.set(&format!("custom token {SKIN}"), &Token("auto"))?;
     }
     out.declare("token outputs:surface")?;
     out.close()?;
     if let Some(texture) = surface.color.texture {
-        uv_texture(out, &path, "Color", names, texture, surface.color.color, "float3 outputs:rgb")?;
+        uv_texture(out, &path, "Color", names, texture, [surface.color.color, [0.0; 3]], "float3 outputs:rgb")?;
     }
-    coordinates(out, surface.color.texture.is_some())?;
+    if let Some(texture) = texture {
+        uv_texture(out, &path, "Opacity", names, texture, [[value; 3], [0.0; 3]], "float outputs:r")?;
+    }
+    if let Some(NormalMap { texture, scale, bias }) = surface.normals {
+        uv_texture(out, &path, "Normal", names, texture, [scale, bias], "float3 outputs:rgb")?;
+    }
+    coordinates(out, surface.color.texture.or(texture).is_some() || surface.normals.is_some())?;
     out.close()?;
     Ok(path)
 }
@@ -81,7 +96,7 @@ fn uv_texture(
     name: &str,
     names: &Names,
     texture: usize,
-    scale: [f32; 3],
+    [scale, bias]: [[f32; 3]; 2],
     output: &str,
 ) -> io::Result<()> {
     out.open("Shader", name, Role::Plain)?;
@@ -89,6 +104,9 @@ fn uv_texture(
     out.set("asset inputs:file", &Asset(&names.textures[texture]))?;
     out.set("token inputs:sourceColorSpace", &Token("raw"))?;
     out.set("float4 inputs:scale", &[scale[0], scale[1], scale[2], 1.0])?;
+    if bias != [0.0; 3] {
+        out.set("float4 inputs:bias", &[bias[0], bias[1], bias[2], 0.0])?;
+    }
     for (input, wrap) in WRAP_INPUTS.into_iter().zip(names.wraps[texture]) {
         let word = WRAPS.iter().find(|(_, known)| *known == wrap).map_or("repeat", |(word, _)| word);
         out.set(&format!("token {input}"), &Token(word))?;

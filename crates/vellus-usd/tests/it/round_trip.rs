@@ -5,8 +5,8 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, Objects, Parameter, Profile, Prototype,
-    ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
+    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, NormalMap, Objects, Opacity, Parameter, Profile,
+    Prototype, ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Format, Options, write, write_to};
 
@@ -96,6 +96,8 @@ fn scene() -> Scene {
                 roughness: 0.3,
                 metallic: 0.7,
                 ior: 1.4,
+                opacity: Opacity { value: 0.75, texture: Some(5), threshold: 0.25 },
+                normals: Some(NormalMap { texture: 6, scale: [1.5, -2.0, 2.0], bias: [-0.75, 1.0, -1.0] }),
                 skin: true,
             },
             Surface::diffuse("chalk", [0.8, 0.7, 0.6]),
@@ -108,6 +110,8 @@ fn scene() -> Scene {
             Texture { wrap: [Wrap::Repeat; 2], ..texture("sky.exr", 4, 2) },
             texture("leather.exr", 2, 2),
             lamp(),
+            Texture { pixels: vec![[0.5; 3], [0.125; 3]].into(), ..texture("holes.exr", 2, 1) },
+            texture("bumps.exr", 2, 2),
         ],
         lights: vec![
             Light::Dome {
@@ -173,7 +177,7 @@ fn scene() -> Scene {
 
 /// Reading collects textures in the order in which lights, meshes and strands use them. This function reorders them.
 fn in_order_of_use(mut scene: Scene) -> Scene {
-    let order = [2, PROFILE, 3, 0, 1];
+    let order = [2, PROFILE, 3, 5, 6, 0, 1];
     let new = |old: usize| order.iter().position(|&o| o == old).unwrap();
     scene.textures = order.iter().map(|&o| scene.textures[o].clone()).collect();
     for light in &mut scene.lights {
@@ -184,7 +188,11 @@ fn in_order_of_use(mut scene: Scene) -> Scene {
     for (_, shaping) in &mut scene.shapings {
         shaping.profile = shaping.profile.map(|profile| Profile { texture: new(profile.texture), ..profile });
     }
-    scene.surfaces.iter_mut().for_each(|s| s.color.texture = s.color.texture.map(new));
+    for surface in &mut scene.surfaces {
+        surface.color.texture = surface.color.texture.map(new);
+        surface.opacity.texture = surface.opacity.texture.map(new);
+        surface.normals = surface.normals.map(|map| NormalMap { texture: new(map.texture), ..map });
+    }
     scene.looks.iter_mut().flat_map(|l| &mut l.textured).for_each(|(_, value)| value.texture = new(value.texture));
     scene
 }

@@ -8,7 +8,7 @@ use crate::read::shading::value::Value;
 use crate::read::shading::{image, nodes};
 use crate::stage::Property;
 use vellus::{FiberBuilder, Parameter};
-use vellus_scene::{Look, Tint, Value as Textured};
+use vellus_scene::{Look, Texture, Tint, Value as Textured};
 
 /// The largest number of nodes that compute one input from others, one behind another. A circle has no end.
 const MOST_NESTED: usize = 16;
@@ -188,6 +188,17 @@ impl<'r, 'a> Mapping<'r, 'a> {
             self.reader.complain(prim, what)?;
         }
         Ok(Value::Constant(color.map(|x| x.clamp(0.0, 1.0))))
+    }
+
+    /// The image of a node for normal maps, and its factors along u and v. `None` if it has no image.
+    pub fn normal_map(&mut self, node: &str) -> Result<Option<(Texture, [f64; 2])>, Error> {
+        let Value::Image(image) = self.value_of(node, "in", [0.5, 0.5, 1.0])? else { return Ok(None) };
+        let scale = self.value_of(node, "scale", [1.0; 3])?;
+        self.reader.stage.know(node, &["inputs:space", "inputs:normal", "inputs:tangent", "inputs:bitangent"])?;
+        Ok(match scale {
+            Value::Constant([x, y, _]) => Some((image, [x, y])),
+            Value::Image(_) => None,
+        })
     }
 
     /// The value of an input of the shader that is a number and cannot have an image.

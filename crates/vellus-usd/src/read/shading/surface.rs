@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::read::shading::mapping::Mapping;
 use crate::read::shading::nodes::{mix, multiply};
 use crate::read::shading::value::Value;
-use vellus_scene::Surface;
+use vellus_scene::{NormalMap, Opacity, Surface, Tint};
 
 /// The name of an input and its default, or an empty name if the shader has no such input.
 type Named = (&'static str, f64);
@@ -24,6 +24,8 @@ pub(crate) struct Model {
     /// The weight of a clear layer, and the tint that it gives what is below.
     coat: [Named; 2],
     pub opacity: &'static str,
+    /// Whether there is an `opacityThreshold`.
+    has_threshold: bool,
     /// Inputs that are ignored, and the values at which they have no effect.
     ignored: &'static [Named],
     /// Inputs for normals, which are ignored if they are connected.
@@ -42,6 +44,7 @@ const STANDARD: Model = Model {
     subsurface: [("subsurface", 0.0), ("subsurface_color", 1.0)],
     coat: [("coat", 0.0), ("coat_color", 1.0)],
     opacity: "opacity",
+    has_threshold: false,
     ignored: &[
         ("diffuse_roughness", 0.0),
         ("specular_color", 1.0),
@@ -74,6 +77,7 @@ const OPEN_PBR: Model = Model {
     subsurface: [("subsurface_weight", 0.0), ("subsurface_color", 0.8)],
     coat: [("coat_weight", 0.0), ("coat_color", 1.0)],
     opacity: "geometry_opacity",
+    has_threshold: false,
     ignored: &[
         ("base_diffuse_roughness", 0.0),
         ("specular_color", 1.0),
@@ -105,9 +109,10 @@ const PREVIEW: Model = Model {
     subsurface: [("", 0.0); 2],
     coat: [("", 0.0), ("", 1.0)],
     opacity: "opacity",
+    has_threshold: true,
     ignored: &[("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)],
     normals: &["normal"],
-    details: &["clearcoatRoughness", "specularColor", "opacityThreshold", "opacityMode", "occlusion"],
+    details: &["clearcoatRoughness", "specularColor", "opacityMode", "occlusion"],
 };
 
 impl Model {
@@ -147,6 +152,10 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
     let factor = number(mapping, factor)?;
     // A colour without effect is not asked for, so that it gives no warning.
     let emission = if factor == 0.0 { [0.0; 3] } else { mean(mapping, emitted)?.map(|x| (factor * x) as f32) };
+    let opacity = value(mapping, (model.opacity, 1.0))?.map(|color| [color.iter().sum::<f64>() / 3.0; 3]);
+    let opacity = match mapping.tint(opacity) {
+        Tint { color, texture } => Opacity { value: color[0], texture, threshold: threshold(mapping, model)? },
+    };
     Ok(Surface {
         name,
         color,
@@ -154,8 +163,33 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
         roughness: number(mapping, model.roughness)? as f32,
         metallic: number(mapping, model.metalness)? as f32,
         ior: weighted(specular?, ior?) as f32,
+        opacity,
+        normals: normals(mapping, model)?,
         skin: false,
     })
+}
+
+/// The normal map of a surface: a node for normal maps with an image, or a UsdPreviewSurface's own image.
+fn normals(mapping: &mut Mapping, model: &Model) -> Result<Option<NormalMap>, Error> {
+    let prim = mapping.shader.prim.clone();
+    for name in model.normals {
+        let Some(node) = mapping.node(&prim, name)?.filter(|node| !node.id.starts_with("ND_normal_")) else { continue };
+        let is_map = node.id == "ND_normalmap" || node.id.starts_with("ND_normalmap_");
+        if is_map && let Some((image, scale)) = mapping.normal_map(&node.prim)? {
+            let texture = mapping.tint(Value::Image(image)).texture;
+            let [x, y] = scale.map(|x| x as f32);
+            let map = |texture| NormalMap { texture, scale: [2.0 * x, 2.0 * y, 2.0], bias: [-x, -y, -1.0] };
+            return Ok(texture.map(map));
+        }
+        warn(mapping, format!("inputs:{name} is not supported and is ignored"));
+    }
+    Ok(None)
+}
+
+/// The opacity from which on a UsdPreviewSurface is opaque, and below which it is not there.
+fn threshold(mapping: &mut Mapping, model: &Model) -> Result<f32, Error> {
+    let name = "opacityThreshold";
+    Ok(if model.has_threshold { number(mapping, (name, 0.0))? as f32 } else { 0.0 })
 }
 
 fn warn(mapping: &mut Mapping, what: String) {
@@ -174,14 +208,8 @@ fn weighted(weight: f64, ior: f64) -> f64 {
 
 /// Gives a warning for each input that has no counterpart and an effect.
 pub(super) fn ignore(mapping: &mut Mapping, model: &Model) -> Result<(), Error> {
-    let prim = mapping.shader.prim.clone();
-    for (name, idle) in model.ignored.iter().copied().chain([(model.opacity, 1.0)]) {
+    for (name, idle) in model.ignored.iter().copied() {
         if works(mapping, name, idle)? {
-            warn(mapping, format!("inputs:{name} is not supported and is ignored"));
-        }
-    }
-    for name in model.normals {
-        if mapping.node(&prim, name)?.is_some_and(|node| !node.id.starts_with("ND_normal_")) {
             warn(mapping, format!("inputs:{name} is not supported and is ignored"));
         }
     }

@@ -3,7 +3,7 @@
 use super::{said, scene};
 use crate::common::{read, told};
 use glam::{Vec2, Vec3};
-use vellus_scene::Wrap;
+use vellus_scene::{Scene, Wrap};
 use vellus_usd::Options;
 
 #[test]
@@ -32,13 +32,8 @@ fn polygons_become_triangles_with_their_corners() {
     assert_eq!(mesh.normals.as_ref().unwrap()[1], [Vec3::Z, Vec3::Z, Vec3::Y]);
     assert_eq!(mesh.uv.as_ref().unwrap()[1..], [[Vec2::ZERO, Vec2::ZERO, Vec2::X]; 2]);
     assert_eq!(scene.surfaces[mesh.surface].color.color, [0.1, 0.2, 0.3]);
-    let (scene, warnings) = quad(
-        "uniform token orientation = \"leftHanded\" int[] holeIndices = [1]
-    def GeomSubset \"part\" { rel material:binding = </none> int[] indices = [0] }",
-    );
+    let (scene, _) = quad("uniform token orientation = \"leftHanded\" int[] holeIndices = [1]");
     assert_eq!(scene.meshes[0].triangles, [[0, 2, 1], [0, 3, 2]]);
-    let said = said(&warnings);
-    assert!(said.contains("/m/part: a mesh has one material"), "{said}");
     let mirror = "float3 xformOp:scale = (-2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"]
     normal3f[] normals = [(0.6,0.8,0), (0,0,1), (0,0,1), (0,1,0), (1,0,0)]";
     let (scene, _) = quad(mirror);
@@ -98,7 +93,7 @@ def Material \"Hide\" {{
     assert_eq!((surface.emission, surface.roughness, surface.metallic, surface.ior), ([0.0, 1.0, 2.0], 0.25, 1.0, 1.5));
     assert_eq!((scene.textures[0].name.as_str(), scene.textures[0].pixels.get(0)), ("hide.png", [1.0, 0.2, 0.0]));
     assert_eq!(scene.textures[0].wrap, [Wrap::Mirror, Wrap::Clamp]);
-    assert!(said(&warnings).contains("inputs:opacity is not supported"));
+    assert_eq!((surface.opacity.value, surface.opacity.texture, warnings.len()), (0.5, None, 1), "{}", said(&warnings));
     let (scene, _) = stage("hide.png", "g").unwrap();
     assert_eq!((scene.surfaces[0].color.color, scene.textures[0].pixels.get(0)), ([0.25; 3], [0.2; 3]));
     let error = told(stage("./none.png", "rgb"));
@@ -143,4 +138,97 @@ fn wrong_normals_and_coordinates_do_not_hide_a_mesh() {
     assert_eq!((scene.meshes[0].triangles.len(), &scene.meshes[0].normals), (1, &None));
     let said = said(&warnings);
     assert!(said.contains("normals has 2 values") && said.contains("primvars:st has 0 values"), "{said}");
+}
+
+/// Colours of two faces, of four points, and of points on a subdivision surface with a hole.
+#[test]
+fn display_colors_vary_over_a_mesh() {
+    let mesh = |scheme: &str, colors: &str| {
+        scene(&format!(
+            "( )
+def Mesh \"m\" {{ uniform token subdivisionScheme = \"{scheme}\"
+    int[] faceVertexCounts = [3, 3] int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+    point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0)]
+    color3f[] primvars:displayColor = {colors} }}"
+        ))
+    };
+    let looked_up = |scene: &Scene, triangle: usize, weights: [f32; 3]| {
+        let mesh = &scene.meshes[0];
+        let corners = mesh.uv.as_ref().unwrap()[triangle];
+        let uv = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        scene.textures[scene.surfaces[mesh.surface].color.texture.unwrap()].at(uv)
+    };
+    let near = |a: [f32; 3], b: [f32; 3]| assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5), "{a:?} {b:?}");
+    let (found, warnings) = mesh("none", "[(1, 0, 0), (0, 0.5, 0)] ( interpolation = \"uniform\" )");
+    assert!(warnings.is_empty(), "{}", said(&warnings));
+    near(looked_up(&found, 0, [0.2, 0.3, 0.5]), [1.0, 0.0, 0.0]);
+    near(looked_up(&found, 1, [0.2, 0.3, 0.5]), [0.0, 0.5, 0.0]);
+    let values = "[(0.5, 0.5, 0.5), (0.5, 0.25, 0.5), (0.5, 0.5, 0.5), (1, 0.5, 0.25)] ( interpolation = \"vertex\" )";
+    let (found, warnings) = mesh("none", values);
+    assert!(warnings.is_empty(), "{}", said(&warnings));
+    near(looked_up(&found, 0, [0.5, 0.5, 0.0]), [0.5, 0.375, 0.5]);
+    near(looked_up(&found, 1, [0.0, 0.5, 0.5]), [0.75, 0.5, 0.375]);
+    // Bilinear refinement keeps the colours at the points, and between them.
+    let (found, _) = mesh("bilinear", values);
+    let mesh = &found.meshes[0];
+    for (triangle, points) in mesh.triangles.iter().enumerate() {
+        for (corner, point) in points.iter().enumerate() {
+            let Vec3 { x, y, .. } = mesh.positions[*point as usize];
+            let red = 0.5 + 0.5 * (y - x).max(0.0);
+            let weights = std::array::from_fn(|k| f32::from(u8::from(k == corner)));
+            assert!((looked_up(&found, triangle, weights)[0] - red).abs() < 1e-5, "{x} {y}");
+        }
+    }
+}
+
+/// Three squares: one of the mesh's own material, one of a subset, and one that is invisible. Parts have the vertices
+/// that they need. Faces keep their parts when they are refined.
+#[test]
+fn parts_of_a_mesh_have_materials_of_their_own() {
+    let stage = |scheme: &str, subset: &str| {
+        scene(&format!(
+            "( )
+def Mesh \"m\" {{ uniform token subdivisionScheme = \"{scheme}\"
+    int[] faceVertexCounts = [4, 4, 4] int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 5, 2, 4, 6, 7, 5]
+    point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0), (2,0,0), (2,1,0), (3,0,0), (3,1,0)]
+    rel material:binding = </Red>
+    def GeomSubset \"blue\" {{ {subset} rel material:binding = </Blue> }}
+    def GeomSubset \"glass\" {{ int[] indices = [2] rel material:binding = </Glass> }}
+    def GeomSubset \"same\" {{ int[] indices = [2] rel material:binding = </Red> }}
+}}
+def Material \"Red\" {{ token outputs:surface.connect = </Red/s.outputs:out>
+    def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" color3f inputs:diffuseColor = (1, 0, 0) }} }}
+def Material \"Blue\" {{ token outputs:surface.connect = </Blue/s.outputs:out>
+    def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" color3f inputs:diffuseColor = (0, 0, 1) }} }}
+def Material \"Glass\" {{ token outputs:surface.connect = </Glass/s.outputs:out>
+    def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" float inputs:opacity = 0 }} }}"
+        ))
+    };
+    for (scheme, triangles) in [("none", 2), ("bilinear", 2), ("catmullClark", 2 * 4 * 4)] {
+        let (found, warnings) = stage(scheme, "uniform token elementType = \"face\" int[] indices = [1]");
+        let said = said(&warnings);
+        assert!(warnings.len() == 1 && said.contains("/glass: inputs:opacity of its material is 0"), "{said}");
+        let [red, blue] = &found.meshes[..] else { panic!("{} meshes", found.meshes.len()) };
+        let color = |mesh: &vellus_scene::Mesh| found.surfaces[mesh.surface].color.color;
+        assert_eq!((color(red), color(blue)), ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+        assert!(red.triangles.len() >= triangles && red.triangles.len() == blue.triangles.len(), "{scheme}");
+        let across = |mesh: &vellus_scene::Mesh| {
+            mesh.positions.iter().map(|p| p.x).fold([9.0f32, -9.0], |[a, b], x| [a.min(x), b.max(x)])
+        };
+        // The limit of a boundary's corner is inside.
+        let near = |found: [f32; 2], expected: [f32; 2]| (0..2).all(|k| (found[k] - expected[k]).abs() < 0.2);
+        assert!(
+            near(across(red), [0.0, 1.0]) && near(across(blue), [1.0, 2.0]),
+            "{:?} {:?}",
+            across(red),
+            across(blue)
+        );
+    }
+    for broken in
+        ["int[] indices = [3]", "int[] indices = [-1]", "uniform token elementType = \"point\" int[] indices = [1]"]
+    {
+        let (found, warnings) = stage("none", broken);
+        assert!(said(&warnings).contains("/m/blue: its material is ignored: its indices must be faces"), "{broken}");
+        assert_eq!((found.meshes.len(), found.meshes[0].triangles.len()), (1, 4));
+    }
 }

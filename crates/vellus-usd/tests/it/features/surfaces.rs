@@ -107,14 +107,47 @@ fn inputs_without_counterpart_are_named_if_they_have_an_effect() {
     assert!(warnings.contains("inputs:thin_walled is not supported"), "{warnings}");
     let warnings = surface(STANDARD, "float inputs:emission = -1").1;
     assert!(warnings.contains("emission_color must be finite and not negative: its meshes have"), "{warnings}");
-    // A normal map, and a cut-out.
-    let inputs = "float3 inputs:normal.connect = </m/n.outputs:out> float inputs:opacity.connect = </m/i.outputs:out>";
-    let nodes = "def Shader \"n\" { uniform token info:id = \"ND_normalmap\" float3 outputs:out }
-        def Shader \"i\" { uniform token info:id = \"ND_image_float\" float outputs:out }";
+    // A normal that is computed.
+    let inputs = "float3 inputs:normal.connect = </m/n.outputs:out>";
+    let nodes = "def Shader \"n\" { uniform token info:id = \"ND_hextilednormalmap\" float3 outputs:out }";
     let warnings = said(&scene(&stage("mtlx:surface", STANDARD, inputs, nodes)).1);
-    for name in ["normal", "opacity"] {
-        assert!(warnings.contains(&format!("inputs:{name} is not supported")), "{warnings}");
+    assert!(warnings.contains("inputs:normal is not supported"), "{warnings}");
+}
+
+/// A cutout by an image, of which one pixel is white and one has 0.2 of red, and by the alpha channel of another one,
+/// with 0.8 and 0.4.
+#[test]
+fn images_cut_holes() {
+    let image = "def Shader \"i\" { uniform token info:id = \"ND_image_float\" float outputs:out
+        asset inputs:file = @t.png@ }";
+    let by_node = stage("mtlx:surface", STANDARD, "color3f inputs:opacity.connect = </m/i.outputs:out>", image);
+    let texture = "def Shader \"i\" { uniform token info:id = \"UsdUVTexture\" float outputs:a
+        asset inputs:file = @alpha.png@ float4 inputs:scale = (9, 9, 9, 0.5) }";
+    let inputs = "float inputs:opacity.connect = </m/i.outputs:a> float inputs:opacityThreshold = 0.25";
+    let preview = stage("surface", "UsdPreviewSurface", inputs, texture);
+    for (text, value, pixels, threshold) in [(by_node, 1.0, [1.0, 0.2], 0.0), (preview, 0.5, [0.8, 0.4], 0.25)] {
+        let (scene, warnings) = with_image(&[("a.usda", &format!("#usda 1.0\n{text}"))]);
+        let mesh = &scene.meshes[0];
+        let opacity = scene.surfaces[mesh.surface].opacity;
+        let texture = &scene.textures[opacity.texture.unwrap()];
+        assert_eq!((opacity.value, opacity.threshold), (value, threshold), "{warnings}");
+        assert_eq!([0, 1].map(|i| texture.pixels.get(i)[0]), pixels, "{warnings}");
+        assert!(warnings.contains("its material has a texture, but it has no primvars:st"), "{warnings}");
     }
+}
+
+#[test]
+fn opacities_without_an_image_are_numbers() {
+    let opacity = |id, inputs: &str| surface(id, inputs).0.opacity;
+    assert_eq!(opacity(STANDARD, "color3f inputs:opacity = (0.25, 0.5, 0.75)").value, 0.5);
+    assert_eq!(opacity(OPEN_PBR, "float inputs:geometry_opacity = 0.25").value, 0.25);
+    assert_eq!(opacity(STANDARD, "").value, 1.0);
+    let body = format!(
+        "{} float[] primvars:displayOpacity = [0.5] }}",
+        MESH.trim_end_matches('}').replace("rel material:binding = </m>", "")
+    );
+    let (scene, warnings) = scene(&body);
+    assert_eq!((scene.surfaces[0].opacity.value, warnings.len()), (0.5, 0), "{}", said(&warnings));
 }
 
 #[test]
@@ -134,12 +167,15 @@ fn a_mesh_without_opacity_is_left_out() {
     }
 }
 
-/// A stage next to an image of 1 × 2 pixels: white, and 0.2 of red.
+/// A stage next to an image of 1 × 2 pixels, white and 0.2 of red, and one that has an alpha channel, too.
 fn with_image(files: &[(&str, &str)]) -> (Scene, String) {
     let folder = tempfile::tempdir().unwrap();
     let mut encoder = png::Encoder::new(std::fs::File::create(folder.path().join("t.png")).unwrap(), 1, 2);
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header().unwrap().write_image_data(&[255, 255, 255, 51, 0, 0]).unwrap();
+    let mut encoder = png::Encoder::new(std::fs::File::create(folder.path().join("alpha.png")).unwrap(), 1, 2);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_image_data(&[255, 255, 255, 204, 51, 0, 0, 102]).unwrap();
     for (name, text) in files {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
@@ -207,4 +243,35 @@ fn a_preview_surface_precedes_and_others_are_named() {
     check(&found, [0.18; 3], [0.0; 3], [0.7, 0.0, 1.5]);
     let warnings = surface("PxrSurface", "").1;
     assert!(warnings.contains("it has no UsdPreviewSurface, standard_surface or OpenPBR surface"), "{warnings}");
+}
+
+/// A node for normal maps, and UsdUVTexture with and without its scale.
+#[test]
+fn normal_maps_are_read() {
+    let node = "def Shader \"n\" { uniform token info:id = \"ND_normalmap_float\" float3 outputs:out
+        float inputs:scale = 0.5 float3 inputs:in.connect = </m/i.outputs:out> }
+    def Shader \"i\" { uniform token info:id = \"ND_image_vector3\" float3 outputs:out asset inputs:file = @t.png@ }";
+    let inputs = "float3 inputs:normal.connect = </m/n.outputs:out>";
+    let texture = |numbers: &str| {
+        format!(
+            "def Shader \"n\" {{ uniform token info:id = \"UsdUVTexture\" float3 outputs:rgb asset inputs:file = @t.png@
+            {numbers} }}"
+        )
+    };
+    let [own, plain] =
+        [texture("float4 inputs:scale = (2, -2, 2, 1) float4 inputs:bias = (-1, 1, -1, 0)"), texture("")];
+    let preview = "normal3f inputs:normal.connect = </m/n.outputs:rgb>";
+    for (text, scale, bias) in [
+        (stage("mtlx:surface", STANDARD, inputs, node), [1.0, 1.0, 2.0], [-0.5, -0.5, -1.0]),
+        (stage("surface", "UsdPreviewSurface", preview, &own), [2.0, -2.0, 2.0], [-1.0, 1.0, -1.0]),
+        (stage("surface", "UsdPreviewSurface", preview, &plain), [2.0; 3], [-1.0; 3]),
+    ] {
+        let text = format!("#usda 1.0\n{text}");
+        let (scene, warnings) = with_image(&[("a.usda", &text)]);
+        let found = scene.surfaces[scene.meshes[0].surface].normals.unwrap_or_else(|| panic!("{warnings}"));
+        assert_eq!((found.scale, found.bias), (scale, bias), "{warnings}");
+        // Numbers are not colours.
+        assert_eq!(scene.textures[found.texture].pixels.get(1)[0], 0.2);
+        assert_eq!(warnings.lines().count(), 1, "{warnings}");
+    }
 }
