@@ -47,6 +47,10 @@ pub struct Attribute {
     pub scope: Scope,
     /// How many values a row has: 3 for a colour.
     pub lanes: usize,
+    /// The type of the values in the file.
+    pub pod: Pod,
+    /// What the values are, as `point`, `vector`, `normal` or `rgb`; empty if the file does not say it.
+    pub interpretation: String,
     /// The values.
     pub values: Values,
     /// The index of the row in `values` for each row of the attribute, if rows are shared.
@@ -116,7 +120,15 @@ impl Attribute {
         let get = |name: &str| metadata.into_iter().flatten().find_map(|metadata| metadata.get(name));
         let length = get("arrayExtent").and_then(|text| text.trim().parse().ok()).unwrap_or(1);
         let lanes = usize::from(values.extent.max(1)).saturating_mul(length).clamp(1, MAX_LANES);
-        Ok(Attribute { name: property.name.clone(), scope: scope(get("geoScope")), lanes, values: read, indices })
+        Ok(Attribute {
+            name: property.name.clone(),
+            scope: scope(get("geoScope")),
+            lanes,
+            pod: values.pod,
+            interpretation: get("interpretation").unwrap_or_default().to_owned(),
+            values: read,
+            indices,
+        })
     }
 
     /// The number of rows.

@@ -35,6 +35,17 @@ impl Camera {
     /// The beginning of the names of this schema.
     pub const SCHEMA: &'static str = "AbcGeom_Camera_v";
 
+    /// The numbers of the schema.
+    pub(crate) fn core(&self) -> [f64; 16] {
+        let [left, r, t, b] = self.overscan;
+        let ([open, close], [near, far]) = (self.shutter, self.clipping);
+        let film = [self.horizontal_aperture, self.horizontal_film_offset, self.vertical_aperture];
+        let [width, right, height] = film;
+        let (up, squeeze) = (self.vertical_film_offset, self.lens_squeeze_ratio);
+        let (focal, stop, focus) = (self.focal_length, self.f_stop, self.focus_distance);
+        [focal, width, right, height, up, squeeze, left, r, t, b, stop, focus, open, close, near, far]
+    }
+
     /// Reads a camera at a time in seconds, between samples.
     ///
     /// # Errors

@@ -1,5 +1,5 @@
-//! Reads Alembic archives (`.abc`, Ogawa): the tree of objects with their properties, samples at a time, and curves,
-//! meshes, transforms and cameras as plain data.
+//! Reads and writes Alembic archives (`.abc`, Ogawa): the tree of objects with their properties, samples at a time, and
+//! curves, meshes, transforms and cameras as plain data.
 //!
 //! All of it is bounded by the size of the file: positions and counts are checked before anything is allocated, and a
 //! damaged file is an error. Archives in HDF5, the older container, are refused with a message that says how to convert
@@ -38,6 +38,7 @@ mod ogawa;
 mod property;
 mod sample;
 mod time;
+mod write;
 mod xform;
 
 pub use archive::{Archive, Object};
@@ -50,4 +51,5 @@ pub use metadata::Metadata;
 pub use property::{Kind, Pod, Property, Series};
 pub use sample::Sample;
 pub use time::{Between, TimeSampling};
+pub use write::{Form, Geometry, ObjectId, Owner, PropertyId, Writer};
 pub use xform::{Op, Xform};

@@ -16,6 +16,8 @@ pub struct Mesh {
     pub counts: Vec<u32>,
     /// The vertex of each corner, inside of `positions`. Seen from outside, corners are clockwise: the reverse of USD.
     pub indices: Vec<u32>,
+    /// The speed of each vertex, per second.
+    pub velocities: Option<Vec<[f32; 3]>>,
     /// Texture coordinates.
     pub uv: Option<Attribute>,
     /// Normals of polygons.
@@ -51,6 +53,7 @@ impl Mesh {
             _ => None,
         };
         let (uv, normals) = (geometry.attribute("uv")?, geometry.attribute("N")?);
-        Ok(Mesh { scheme, positions, counts, indices, uv, normals })
+        let velocities = geometry.vectors(".velocities", false)?.filter(|v| v.len() == positions.len());
+        Ok(Mesh { scheme, positions, counts, indices, velocities, uv, normals })
     }
 }

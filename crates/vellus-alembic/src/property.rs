@@ -57,6 +57,32 @@ impl Pod {
         Pod::WideText,
     ];
 
+    /// Its number in the file.
+    pub(crate) fn number(self) -> u32 {
+        Pod::ALL.iter().position(|pod| *pod == self).unwrap_or_default() as u32
+    }
+
+    /// What the format calls it in metadata.
+    pub(crate) fn name(self) -> &'static str {
+        const NAMES: [&str; 14] = [
+            "bool_t",
+            "uint8_t",
+            "int8_t",
+            "uint16_t",
+            "int16_t",
+            "uint32_t",
+            "int32_t",
+            "uint64_t",
+            "int64_t",
+            "float16_t",
+            "float32_t",
+            "float64_t",
+            "string",
+            "wstring",
+        ];
+        NAMES[self.number() as usize]
+    }
+
     /// The size of a number in bytes. `None` for text.
     pub fn size(self) -> Option<usize> {
         match self {

@@ -112,9 +112,35 @@ fn half(bits: u16) -> f64 {
     if bits >> 15 == 1 { -size } else { size }
 }
 
+/// The bits of a number in half precision, rounded to the nearest one; infinite if it is too large.
+pub(crate) fn to_half(x: f32) -> u16 {
+    let sign = ((x.to_bits() >> 16) & 0x8000) as u16;
+    let size = f64::from(x.abs());
+    if x.is_nan() {
+        return sign | 0x7e00;
+    }
+    // The exponent of the last place: that of numbers below 2⁻¹⁴ is fixed.
+    let exponent = if size < 2f64.powi(-14) { -14 } else { size.log2().floor() as i32 };
+    let units = (size * 2f64.powi(10 - exponent)).round_ties_even();
+    // A carry gives the next exponent.
+    let bits = (i64::from(exponent + 14) << 10) + units as i64;
+    sign | bits.min(0x7c00) as u16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_half_is_written_as_it_was_read() {
+        for bits in 0..=u16::MAX {
+            let value = half(bits);
+            if !value.is_nan() {
+                assert_eq!(to_half(value as f32), bits, "{value}");
+            }
+        }
+        assert_eq!([to_half(1e9), to_half(65519.0), to_half(65520.0), to_half(1e-9)], [0x7c00, 0x7bff, 0x7c00, 0]);
+    }
 
     #[test]
     fn half_precision_has_its_known_values() {

@@ -54,6 +54,18 @@ impl TimeSampling {
         }
     }
 
+    /// Appends the times as they are in the file.
+    pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
+        let (period, times) = match self {
+            TimeSampling::Uniform { start, step } => (*step, std::slice::from_ref(start)),
+            TimeSampling::Cyclic { times, period } => (*period, &times[..]),
+            TimeSampling::Acyclic(times) => (ACYCLIC, &times[..]),
+        };
+        bytes.extend(period.to_le_bytes());
+        bytes.extend((times.len() as u32).to_le_bytes());
+        bytes.extend(times.iter().flat_map(|time| time.to_le_bytes()));
+    }
+
     /// The samples around a time, of a property with this many of them.
     pub fn between(&self, time: f64, samples: u32) -> Between {
         // Times do not decrease, so the floor is found by halving.

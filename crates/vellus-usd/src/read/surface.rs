@@ -5,7 +5,7 @@ use crate::read::context::Reader;
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::primvar::{Interpolation, Primvar, inherited};
 use crate::read::shading::{self, Model};
-use crate::read::uv_texture::{normal_map, uv_texture};
+use crate::read::uv_texture::{normal_map, texture_source, uv_texture};
 use crate::stage::{Stage, When};
 use crate::warning::Fault;
 use vellus_scene::{Opacity, Surface, Tint};
@@ -242,8 +242,20 @@ fn set<const N: usize>(
             let values = reader.colors(&at.prim, &at.name)?.map_or(Vec::new(), |n| n.values);
             *target = values.try_into().map_err(|_| Error::prim(prim, format!("{name} must have {N} channels")))?;
         }
+        Input::Shader(source) if source.id == "UsdUVTexture" => {
+            let image = texture_source(reader, &source, false)
+                .and_then(|(source, scale)| Ok((reader.load_texture(prim, &source)?.pixels.mean(), scale)));
+            match image {
+                Ok((mean, scale)) => {
+                    *target = std::array::from_fn(|c| (mean[c] as f32) * scale[c]);
+                    let what = format!("{name} has an image, which is not supported: its mean is used");
+                    reader.warnings.add(prim, what);
+                }
+                Err(error) => reader.fault(Fault::Texture, prim, error, "the input has its default value")?,
+            }
+        }
         Input::Shader(_) => {
-            reader.warnings.add(prim, format!("{name} cannot have a texture: its default value is used"))
+            reader.warnings.add(prim, format!("{name} is computed, which is not supported: its default is used"))
         }
     }
     Ok(())

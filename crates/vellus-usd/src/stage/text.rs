@@ -288,6 +288,7 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if samples.as_ref().is_some_and(|samples| samples.depth == depth && !samples.expects_time) {
                     new.replace(at..at + used, &quoted(path.as_bytes().to_vec()));
                 }
+                words.push("");
                 used
             }
             b'<' => {

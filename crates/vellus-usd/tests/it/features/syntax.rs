@@ -118,6 +118,23 @@ fn files_may_be_named_by_strings() {
 }
 
 /// Types from before USD was published, and an image of a light with samples.
+/// A string after an attribute with a file is no file: here the names of variants.
+#[test]
+fn variants_follow_attributes_with_files() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def Scope \"s\" ( variants = {{ string v = \"b\" }} prepend variantSets = \"v\" ) {{
+    variantSet \"v\" = {{
+        \"a\" {{ custom asset x = @a.png@ }}
+        \"b\" {{ custom asset x = @b.png@ (doc = \"file\")
+            def BasisCurves \"c\" {{ {FOUR} }} }}
+        \"c\" {{ }}
+    }}
+}}"
+    ));
+    assert_eq!(scene.strands.len(), 1, "{}", said(&warnings));
+}
+
 #[test]
 fn old_types_and_samples_of_files_are_read() {
     let (scene, warnings) = scene(&format!(
