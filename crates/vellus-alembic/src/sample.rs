@@ -119,12 +119,16 @@ pub(crate) fn to_half(x: f32) -> u16 {
     if x.is_nan() {
         return sign | 0x7e00;
     }
+    // From half a step beyond the largest number on, it is infinite.
+    if size >= 65520.0 {
+        return sign | 0x7c00;
+    }
     // The exponent of the last place: that of numbers below 2⁻¹⁴ is fixed.
     let exponent = if size < 2f64.powi(-14) { -14 } else { size.log2().floor() as i32 };
     let units = (size * 2f64.powi(10 - exponent)).round_ties_even();
     // A carry gives the next exponent.
     let bits = (i64::from(exponent + 14) << 10) + units as i64;
-    sign | bits.min(0x7c00) as u16
+    sign | bits as u16
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use std::process::Command;
 
 /// The kinds of things that a test may need, and what they are.
 pub const KINDS: &[(&str, &str)] = &[
+    ("alembic", "a python3 with the module alembic3d, the library of Alembic"),
     ("blender", "a Python with Blender's module bpy, which VELLUS_BPY names"),
     ("browser", "node, its module playwright-core, and Chromium"),
     ("c++", "a C++ compiler, c++"),

@@ -3,4 +3,5 @@
 mod archive;
 mod hostile;
 mod schemas;
+mod write;
 mod writer;

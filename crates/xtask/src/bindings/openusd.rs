@@ -1,19 +1,19 @@
-//! Pixar's own library, which reads what we write: the tests that need the package `usd-core`.
+//! Other libraries, which read what we write: the tests that need the packages `usd-core` and `alembic3d`.
 
 use super::venv::{python, venv};
 use std::path::Path;
 
-/// The versions of Python that the package has wheels for.
+/// The versions of Python that the packages have wheels for.
 const VERSIONS: [&str; 5] = ["3.11", "3.13", "3.12", "3.10", "3.14"];
 
-/// A search path in which `python3` has the package.
+/// A search path in which `python3` has the packages.
 ///
 /// # Errors
 /// The reason why there is none.
 pub fn path(root: &Path) -> Result<String, String> {
     let interpreter = VERSIONS.iter().find_map(|version| python(version));
     let interpreter = interpreter.ok_or_else(|| format!("no Python {}", VERSIONS.join(", ")))?;
-    let python = venv(root, "openusd", &interpreter, &["usd-core==26.11"])?;
+    let python = venv(root, "openusd", &interpreter, &["usd-core==26.11", "alembic3d==1.8.12.1"])?;
     let folder = python.parent().unwrap_or(root).to_owned();
     let path = std::env::var_os("PATH").unwrap_or_default();
     let path = std::env::join_paths([folder].into_iter().chain(std::env::split_paths(&path)));
