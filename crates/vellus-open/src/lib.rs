@@ -40,7 +40,7 @@ pub use markings::{Markings, Mix, Ramp, Tips};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 pub use recolor::Recolor;
 pub use staging::{Backdrop, Lighting, Staging};
-pub use write::{dropped, write};
+pub use write::{Flavor, Writing, dropped, write};
 
 use std::path::Path;
 use vellus::Fiber;

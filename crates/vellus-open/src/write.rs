@@ -1,21 +1,37 @@
 //! Writes scenes.
 
-use crate::Error;
+pub use crate::alembic::write::Flavor;
+use crate::{Error, alembic};
 use std::path::Path;
 use vellus_scene::{Parameter, Scene, Values};
 
-/// Writes a scene: with the extension `hair` its strands, otherwise the whole scene as USD, `.usda` or
-/// `.usdc`.
-///
-/// A .hair file has straight segments: `pieces` of them for each curved one, at least 1.
+/// How a scene is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Writing {
+    /// Straight segments in a .hair file for each curved one, at least 1.
+    pub pieces: usize,
+    /// Names and types of attributes in an Alembic archive.
+    pub flavor: Flavor,
+}
+
+impl Default for Writing {
+    fn default() -> Self {
+        Writing { pieces: 1, flavor: Flavor::Plain }
+    }
+}
+
+/// Writes a scene: with the extension `hair` its strands, with `abc` its geometry and camera, otherwise the whole scene
+/// as USD, `.usda` or `.usdc`.
 ///
 /// # Errors
 /// [`Error::SeveralStrands`] or [`Error::Unwritable`] if a .hair file cannot hold the strands. [`Error::Write`] or
 /// [`Error::Usd`] if the file cannot be written.
-pub fn write(scene: &Scene, path: impl AsRef<Path>, pieces: usize) -> Result<(), Error> {
+pub fn write(scene: &Scene, path: impl AsRef<Path>, Writing { pieces, flavor }: Writing) -> Result<(), Error> {
     let path = path.as_ref();
-    if path.extension().is_none_or(|extension| extension != "hair") {
-        return Ok(vellus_usd::write(scene, path)?);
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("hair") => {}
+        Some("abc") => return alembic::write::write(scene, path, flavor),
+        _ => return Ok(vellus_usd::write(scene, path)?),
     }
     let [strands] = &scene.strands[..] else { return Err(Error::SeveralStrands(scene.strands.len())) };
     let bytes = vellus_groom::write_hair(&vellus_groom::flatten(strands, pieces));
@@ -23,11 +39,15 @@ pub fn write(scene: &Scene, path: impl AsRef<Path>, pieces: usize) -> Result<(),
     vellus_io::write(path, &bytes).map_err(|source| Error::Write { path: path.to_owned(), source })
 }
 
-/// What a file that [`write()`] made does not have. A .hair file has positions, widths and colours only.
-pub fn dropped(scene: &Scene, path: impl AsRef<Path>) -> Vec<String> {
-    if path.as_ref().extension().is_none_or(|extension| extension != "hair") {
+/// What a file that [`write()`] made does not have. A .hair file has positions, widths and colours only; an archive has
+/// no fibres, units, lights and surfaces, and with [`Flavor::Unreal`] no meshes and no camera.
+pub fn dropped(scene: &Scene, path: impl AsRef<Path>, flavor: Flavor) -> Vec<String> {
+    let extension = path.as_ref().extension().and_then(|extension| extension.to_str());
+    if !matches!(extension, Some("hair" | "abc")) {
         return Vec::new();
     }
+    let is_hair = extension == Some("hair");
+    let is_bare = is_hair || flavor == Flavor::Unreal;
     let count = |count: usize, one: &str, many: &str| match count {
         0 => None,
         1 => Some(one.to_owned()),
@@ -35,7 +55,7 @@ pub fn dropped(scene: &Scene, path: impl AsRef<Path>) -> Vec<String> {
     };
     let mut dropped: Vec<String> =
         scene.strands.iter().map(|strands| format!("the fibre {}", scene.looks[strands.look].name)).collect();
-    for strands in &scene.strands {
+    for strands in scene.strands.iter().filter(|_| is_hair) {
         dropped.extend(strands.root_uv.as_ref().map(|_| "the uv of the roots".to_owned()));
         dropped.extend(strands.moved.as_ref().map(|_| "the motion".to_owned()));
         let is_kept = |(parameter, values): &&(Parameter, _)| {
@@ -45,10 +65,13 @@ pub fn dropped(scene: &Scene, path: impl AsRef<Path>) -> Vec<String> {
         dropped.extend(varying.map(|(parameter, _)| format!("values of {}", parameter.name())));
     }
     dropped.extend(scene.units.map(|_| "the units".to_owned()));
-    dropped.extend(scene.camera.map(|_| "the camera".to_owned()));
-    dropped.extend(count(scene.meshes.len(), "the mesh", "meshes"));
+    dropped.extend(scene.camera.filter(|_| is_bare).map(|_| "the camera".to_owned()));
+    let lens = scene.camera.filter(|camera| !is_bare && camera.lens_radius > 0.0);
+    dropped.extend(lens.map(|_| "the depth of field".to_owned()));
+    dropped.extend(count(if is_bare { scene.meshes.len() } else { 0 }, "the mesh", "meshes"));
+    dropped.extend(count(if is_bare { 0 } else { scene.surfaces.len() }, "the surface", "surfaces"));
     dropped.extend(count(scene.lights.len(), "the light", "lights"));
-    dropped.extend(count(scene.instances.len(), "the instance", "instances"));
+    dropped.extend(count(if is_hair { scene.instances.len() } else { 0 }, "the instance", "instances"));
     dropped
 }
 
@@ -62,18 +85,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("lock.hair");
         let mut scene = open("hair-lock", &Options { small: true, ..Options::default() }).unwrap().scene;
-        write(&scene, &path, 2).unwrap();
+        write(&scene, &path, Writing { pieces: 2, ..Writing::default() }).unwrap();
         let read = open(&path, &Options::default()).unwrap().scene;
         assert_eq!(read.strands[0].len(), scene.strands[0].len());
-        let dropped = super::dropped(&scene, &path);
+        let dropped = super::dropped(&scene, &path, Flavor::Plain);
         for part in ["the fibre hair", "the units", "the camera"] {
             assert!(dropped.iter().any(|what| what == part), "{part}: {dropped:?}");
         }
-        assert_eq!(super::dropped(&scene, "lock.usda"), [""; 0]);
+        assert_eq!(super::dropped(&scene, "lock.usda", Flavor::Plain), [""; 0]);
         scene.strands[0].varying = vec![(Parameter::G, Values::Constant([0.5; 3]))];
-        assert!(super::dropped(&scene, &path).iter().any(|what| what == "values of g"));
+        assert!(super::dropped(&scene, &path, Flavor::Plain).iter().any(|what| what == "values of g"));
         scene.strands.push(scene.strands[0].clone());
-        assert!(matches!(write(&scene, &path, 2), Err(Error::SeveralStrands(2))));
-        assert!(matches!(write(&read, folder.path().join("lock.hair/a.hair"), 1), Err(Error::Write { .. })));
+        assert!(matches!(write(&scene, &path, Writing::default()), Err(Error::SeveralStrands(2))));
+        assert!(matches!(
+            write(&read, folder.path().join("lock.hair/a.hair"), Writing::default()),
+            Err(Error::Write { .. })
+        ));
     }
 }

@@ -27,6 +27,13 @@ const DATA: u64 = 1 << 63;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObjectId(usize);
 
+impl ObjectId {
+    /// A number of its own.
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
 /// A property that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PropertyId(usize);

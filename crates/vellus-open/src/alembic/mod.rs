@@ -5,6 +5,7 @@ mod mesh;
 mod place;
 mod shape;
 mod strands;
+pub(crate) mod write;
 
 use crate::{Error, Opened, Options, Warning};
 use place::{Place, places};

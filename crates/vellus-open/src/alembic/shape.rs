@@ -1,7 +1,8 @@
 //! Control points of Alembic's curves as those of strands: ends, loops, tangents and knots.
 
+use glam::{Vec3, Vec4};
 use vellus_alembic::{Attribute, CurveBasis, CurveType, Curves};
-use vellus_scene::{Basis, Values};
+use vellus_scene::{Basis, Strands, Values};
 
 /// How the points of a file become those of strands.
 enum Kind {
@@ -201,6 +202,76 @@ impl Shape {
             (Kind::Knots(_), _) => bezier(strand, knots, all),
             _ => all.extend_from_slice(strand),
         }
+    }
+}
+
+/// Strands with the control points that a file has: without phantom points at the ends of splines, which readers add.
+/// Splines whose ends are no mirror images become Bézier curves, which are the same curves.
+pub(super) fn authored(strands: &Strands) -> Strands {
+    if !matches!(strands.basis, Basis::BSpline | Basis::CatmullRom) {
+        return strands.clone();
+    }
+    let is_mirrored = |beyond: Vec4, end: Vec4, next: Vec4| {
+        // The reader computes it in the space of the object, so that it may be off by a rounding error.
+        let expected = 2.0 * end.truncate() - next.truncate();
+        let size = beyond.truncate().abs().max_element().max(next.truncate().abs().max_element());
+        (beyond.truncate() - expected).abs().max_element() <= 4.0 * f32::EPSILON * size
+    };
+    let is_pinned = (0..strands.len()).all(|i| {
+        let points = strands.strand(i);
+        let last = points.len() - 1;
+        is_mirrored(points[0], points[1], points[2]) && is_mirrored(points[last], points[last - 1], points[last - 2])
+    });
+    let mut found =
+        Strands { starts: vec![0], points: Vec::new(), moved: None, varying: Vec::new(), ..strands.clone() };
+    // For each strand, what becomes of values at its points.
+    let all: Vec<Vec4> = strands.points.clone();
+    let with = |values: &[Vec4], out: &mut Vec<Vec4>, starts: Option<&mut Vec<u32>>| {
+        let mut ends = Vec::new();
+        for pair in strands.starts.windows(2) {
+            let own = &values[pair[0] as usize..pair[1] as usize];
+            match is_pinned {
+                true => out.extend_from_slice(&own[1..own.len() - 1]),
+                false => as_bezier(strands.basis, own, out),
+            }
+            ends.push(out.len() as u32);
+        }
+        if let Some(starts) = starts {
+            starts.extend(ends);
+        }
+    };
+    with(&all, &mut found.points, Some(&mut found.starts));
+    found.moved = strands.moved.as_ref().map(|moved| {
+        let moved: Vec<Vec4> = moved.iter().map(|p| p.extend(0.0)).collect();
+        let mut out = Vec::with_capacity(found.points.len());
+        with(&moved, &mut out, None);
+        out.into_iter().map(|p| p.truncate()).collect()
+    });
+    let varying = strands.varying.iter().map(|(parameter, values)| match values {
+        Values::PerPoint(rows) => {
+            let rows: Vec<Vec4> = rows.iter().map(|row| Vec3::from(*row).extend(0.0)).collect();
+            let mut out = Vec::with_capacity(found.points.len());
+            with(&rows, &mut out, None);
+            (*parameter, Values::PerPoint(out.into_iter().map(|p| p.truncate().to_array()).collect()))
+        }
+        other => (*parameter, other.clone()),
+    });
+    found.varying = varying.collect();
+    if !is_pinned {
+        found.basis = Basis::Bezier;
+    }
+    found
+}
+
+/// Adds the Bézier points of a spline.
+fn as_bezier(basis: Basis, points: &[Vec4], out: &mut Vec<Vec4>) {
+    for (i, four) in points.windows(4).enumerate() {
+        let [a, b, c, d] = [four[0], four[1], four[2], four[3]];
+        let segment = match basis {
+            Basis::CatmullRom => [b, b + (c - a) / 6.0, c - (d - b) / 6.0, c],
+            _ => [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0],
+        };
+        out.extend(&segment[usize::from(i > 0)..]);
     }
 }
 

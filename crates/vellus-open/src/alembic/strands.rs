@@ -68,7 +68,8 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
             || UV.concat().contains(&name)
             || COLORS.contains(&name)
             || GROUPS.contains(&name)
-            || name == GUIDE;
+            || name == GUIDE
+            || own_parameter(name).is_some();
         if !is_used {
             if !WITHOUT_EFFECT.contains(&name) {
                 reader.unknown.insert(property.name.clone());
@@ -85,7 +86,15 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     let radii = radii(reader, place, &shape, &starts, widths)?;
     let uv = named(UV[0]).or(curves.uv.as_ref()).or(named(UV[1]));
     let root_uv = uv.and_then(|uv| root_uv(reader, place, &shape, uv));
-    let varying = named(&COLORS).and_then(|color| colors(reader, place, &shape, color));
+    let mut varying: Vec<_> =
+        named(&COLORS).and_then(|color| colors(reader, place, &shape, color)).into_iter().collect();
+    for attribute in &known {
+        let Some(parameter) = own_parameter(&attribute.name) else { continue };
+        match own_values(&shape, parameter, attribute) {
+            Some(values) => varying.push((parameter, values)),
+            None => reader.note(place, Some(misfit(&shape, attribute))),
+        }
+    }
     let mut all = Strands {
         name: place.path.clone(),
         basis: shape.basis,
@@ -94,7 +103,7 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
         moved,
         root_uv,
         look: 0,
-        varying: varying.into_iter().collect(),
+        varying,
     };
     let guides = named(&[GUIDE]).and_then(|guide| each(reader, place, &shape, guide, |row| guide.number(row, 0)));
     let mut guides: Option<Vec<bool>> = guides.map(|all| all.into_iter().map(|guide| guide != 0.0).collect());
@@ -188,6 +197,38 @@ fn colors(
     let note = if spread.is_none() { Some(misfit(shape, color)) } else { held };
     reader.note(place, note);
     spread.map(|values| (Parameter::Reflectance, values))
+}
+
+/// The parameter that an attribute is, as [`super::write`] writes it.
+fn own_parameter(name: &str) -> Option<Parameter> {
+    let name = name.strip_prefix("vellus:")?;
+    Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)
+}
+
+/// The values of a parameter. `None` if they do not fit, or one is out of range.
+fn own_values(shape: &Shape, parameter: Parameter, attribute: &Attribute) -> Option<Values<[f32; 3]>> {
+    let spread = match parameter.channels() {
+        1 => match shape.spread::<1>(attribute)? {
+            Values::Constant([x]) => Values::Constant([x; 3]),
+            Values::PerStrand(all) => Values::PerStrand(all.into_iter().map(|[x]| [x; 3]).collect()),
+            Values::PerPoint(all) => Values::PerPoint(all.into_iter().map(|[x]| [x; 3]).collect()),
+        },
+        _ => shape.spread::<3>(attribute)?,
+    };
+    let (range, unit) = (parameter.range(), parameter.unit());
+    let stored = |value: [f32; 3]| {
+        let is_good = value.iter().all(|x| range.contains(*x));
+        is_good.then(|| value.map(|x| unit.to_stored(x)))
+    };
+    Some(match spread {
+        Values::Constant(value) => Values::Constant(stored(value)?),
+        Values::PerStrand(all) => Values::PerStrand(all.into_iter().map(stored).collect::<Option<_>>()?),
+        // Beyond the ends of splines, values may be out of range: they have no effect there.
+        Values::PerPoint(all) => {
+            let near = |value: [f32; 3]| value.map(|x| unit.to_stored(range.nearest(x)));
+            Values::PerPoint(all.into_iter().map(near).collect())
+        }
+    })
 }
 
 /// The group of each strand, and the names of the groups. `None` if there are no groups.
