@@ -17,6 +17,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene();
     let linear = scene.strands.iter().find(|s| s.basis == Basis::Linear).ok_or("there is one")?;
     save("hair", "strands.hair", &vellus_groom::write_hair(linear)?)?;
+    save("research", "a.data", &[&[1u8, 0, 0, 0, 2, 0, 0, 0][..], &[0; 24]].concat())?;
+    save("research", "a.ply", PLY.as_bytes())?;
     save("tfx", "3.tfx", &tfx(3.0))?;
     save("tfx", "4.tfx", &tfx(4.0))?;
     for (name, layers) in [("few", &[Layer::Depth][..]), ("all", &Layer::ALL)] {
@@ -147,6 +149,22 @@ fn old_layer(minor: u8) -> Vec<u8> {
     bytes[16..24].copy_from_slice(&place);
     [bytes, table].concat()
 }
+
+/// A strand of two points.
+const PLY: &str = "ply
+format ascii 1.0
+element vertex 2
+property float x
+property float y
+property float z
+element edge 1
+property int vertex1
+property int vertex2
+end_header
+0 0 0
+1 1 1
+0 1
+";
 
 /// A .tfx file of 3 strands with 4 points and uv. There is no writer for this format.
 fn tfx(version: f32) -> Vec<u8> {

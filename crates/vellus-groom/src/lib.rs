@@ -2,7 +2,7 @@
 //!
 //! - [`grow()`] grows fur on a mesh. [`GrowSettings`] has the numbers of the groom, and [`Maps`] varies them over the
 //!   mesh.
-//! - [`read_hair`], [`read_tfx`] and [`read_obj`] read files; [`write_hair`] writes one.
+//! - [`read_hair`], [`read_tfx`], [`read_research`] and [`read_obj`] read files; [`write_hair`] writes one.
 //! - [`interpolate()`] makes a groom denser, [`thin()`] makes it less dense. [`flatten()`] and [`measure()`] work on
 //!   any strands.
 //! - [`scene`] returns one of the built-in [`SCENES`].
@@ -52,13 +52,14 @@ mod obj;
 mod patch;
 mod plant;
 mod polygonize;
+mod research;
 mod roots;
 mod scenes;
 mod settings;
 mod tfx;
 mod thin;
 
-/// The largest file of strands or polygons (.hair, .tfx, .obj), in bytes: 16 GiB. The readers of this crate take bytes,
+/// The largest file of strands or polygons (.hair, .tfx, .data, .ply, .npy, .npz, .obj), in bytes: 16 GiB. The readers of this crate take bytes,
 /// so the caller has to check the limit.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
@@ -73,6 +74,7 @@ pub use measure::{Measures, bytes, measure};
 pub use obj::read_obj;
 pub use patch::reference_coat;
 pub use plant::{Coat, plant};
+pub use research::read_research;
 pub use roots::Site;
 pub use scenes::{SCENES, published_scene, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), an Alembic archive (.abc),
-    /// strands as .hair or .tfx, or meshes as .obj.
+    /// strands as .hair, .tfx, .data, .ply, .npy or .npz, or meshes as .obj.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
     /// Use the small version of a built-in scene.

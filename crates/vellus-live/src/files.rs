@@ -55,7 +55,9 @@ impl Files {
 
 fn is_scene(name: &str) -> bool {
     let extension = Path::new(name).extension().and_then(|extension| extension.to_str());
-    extension.is_some_and(|e| ["usda", "usdc", "usdz", "usd", "abc", "hair", "tfx", "obj"].contains(&e))
+    extension.is_some_and(|e| {
+        ["usda", "usdc", "usdz", "usd", "abc", "hair", "tfx", "data", "ply", "npy", "npz", "obj"].contains(&e)
+    })
 }
 
 fn list(folder: &Path) -> Vec<String> {

@@ -118,12 +118,12 @@ pub fn load(name: &str, bytes: Vec<u8>, temporary: &Path) -> Result<Session, Str
     // Only formats without references to other files: a page must not read files of the server.
     let extension = Path::new(name).extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
     let extension = match extension.as_deref() {
-        Some(known @ ("abc" | "hair" | "tfx" | "obj")) => known.to_owned(),
+        Some(known @ ("abc" | "hair" | "tfx" | "data" | "ply" | "npy" | "npz" | "obj")) => known.to_owned(),
         Some("usd" | "usda" | "usdc" | "usdz") => {
             let why = "USD files may name other files: start the server with --folder and open it there";
             return Err(why.to_owned());
         }
-        _ => return Err("this is no groom: drop an .abc, .hair, .tfx or .obj file".to_owned()),
+        _ => return Err("this is no groom: drop an .abc, .hair, .tfx, .data, .ply, .npy, .npz or .obj file".to_owned()),
     };
     let folder = tempfile::tempdir_in(temporary).map_err(|error| format!("no temporary folder: {error}"))?;
     let path = folder.path().join(format!("dropped.{extension}"));

@@ -128,7 +128,7 @@ export class Panels {
       save("Camera USD", () => "camera.usda", () => "camera.usda", "The camera"),
       save("PNG", () => "picture.png", () => "picture.png", "The picture with its exposure"),
       save("EXR", () => "picture.exr", () => "picture.exr", "The picture without exposure"));
-    const input = element("input", { type: "file", accept: ".abc,.hair,.tfx,.obj", hidden: true, onchange: () => {
+    const input = element("input", { type: "file", accept: ".abc,.hair,.tfx,.data,.ply,.npy,.npz,.obj", hidden: true, onchange: () => {
       if (input.files[0]) this.load(input.files[0]);
       input.value = "";
     } });
@@ -150,7 +150,7 @@ export class Panels {
       element("p", { class: "hint", text: "Scene USD has everything but images. Look TOML has one fibre." }),
       element("h2", { text: "Load" }), element("div", { class: "line" },
         button("Load a groom …", () => input.click()), input, open),
-      element("p", { class: "hint", text: "Or drop an .abc, .hair, .tfx or .obj file on the page." }),
+      element("p", { class: "hint", text: "Or drop an .abc, .hair, .tfx, .ply, .npz or .obj file on the page." }),
     ];
   }
 

@@ -11,7 +11,7 @@ use vellus_scene::{Broken, MAX_COPIED};
 pub enum Error {
     /// The name is neither that of a built-in scene nor that of a file of a supported format.
     #[error(
-        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .abc, .hair, .tfx or .obj file",
+        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .abc, .hair, .tfx, .data, .ply, .npy, .npz or .obj file",
         .0.display(),
         vellus_groom::SCENES.map(|(name, _)| name).join(", ")
     )]

@@ -1,5 +1,5 @@
 //! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), an Alembic archive
-//! (.abc), strands as .hair or .tfx, or meshes as .obj.
+//! (.abc), strands as .hair, .tfx or those of research data sets, or meshes as .obj.
 //!
 //! [`Staging`] adds a camera, lights and a background to a file without them, and [`Recolor`] changes its fibres.
 //!
@@ -160,6 +160,8 @@ pub enum Format {
     Hair,
     /// Strands in the format of TressFX.
     Tfx,
+    /// Strands of a research data set: .data, .ply, .npy or .npz.
+    Research,
     /// Meshes in Wavefront's format.
     Obj,
 }
@@ -177,6 +179,7 @@ impl Format {
         match scene.extension().and_then(|extension| extension.to_str()) {
             Some("hair") => Ok(Format::Hair),
             Some("tfx") => Ok(Format::Tfx),
+            Some("data" | "ply" | "npy" | "npz") => Ok(Format::Research),
             _ if mesh::is_obj(scene) => Ok(Format::Obj),
             Some("abc") => Ok(Format::Alembic),
             Some("usda" | "usdc" | "usdz" | "usd") => Ok(Format::Usd),
@@ -203,7 +206,7 @@ pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error
         Format::BuiltIn(name) if seen || options.fiber.is_some() || options.width.is_some() => {
             Err(Error::BuiltIn(name.to_owned()))
         }
-        Format::Hair | Format::Tfx | Format::Obj if seen => Err(Error::NotUsd(scene.to_owned())),
+        Format::Hair | Format::Tfx | Format::Research | Format::Obj if seen => Err(Error::NotUsd(scene.to_owned())),
         _ => Ok(format),
     }
 }
@@ -338,6 +341,10 @@ fn open_all(path: &Path, options: &Options, missing: Option<f32>) -> Result<Open
             }
         }
         Format::Tfx => vellus_groom::read_tfx(&read(path, ".tfx", &mut sources)?, &file, missing)?,
+        Format::Research => {
+            let bytes = read(path, "strands", &mut sources)?;
+            vellus_groom::read_research(&bytes, &file, missing)?
+        }
         Format::Obj => {
             let mut opened = open_mesh(path)?;
             opened.warnings.extend(options.fiber.is_some().then(|| Warning::unused_fiber(path, &[])));

@@ -48,7 +48,7 @@ pub enum Command {
     Interpolate {
         #[command(flatten)]
         input: Input,
-        /// File to write, .usda or .usdc.
+        /// File to write, .usda, .usdc or .abc.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
         #[command(flatten)]
@@ -71,7 +71,7 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 fn interpolate(input: &Input, path: &Path, interpolation: Interpolation) -> Result<()> {
-    output::check_extension(path, &["usda", "usdc"])?;
+    output::check_extension(path, &["usda", "usdc", "abc"])?;
     let mut input = input.clone();
     input.strands = Some(input.strands.unwrap_or(DENSER));
     let options = Options { interpolation, ..input.options(None)? };

@@ -27,7 +27,7 @@ fn reflectance(text: &str) -> Result<Reflectance, String> {
 #[derive(clap::Args, Clone)]
 pub struct Input {
     /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), an Alembic archive (.abc),
-    /// strands as .hair or .tfx, or meshes as .obj.
+    /// strands as .hair, .tfx, .data, .ply, .npy or .npz, or meshes as .obj.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
     /// Use the small version of a built-in scene.

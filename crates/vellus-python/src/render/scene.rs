@@ -101,7 +101,7 @@ impl Scene {
 
     /// Reads a scene.
     ///
-    /// `path`: a USD or Alembic file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene:
+    /// `path`: a USD or Alembic file, strands as .hair, .tfx, .data, .ply, .npy or .npz, a mesh as .obj, or the name of a built-in scene:
     /// `vellus scene list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a
     /// look. `width`: diameter of strands without widths. `strands`: their number, as a multiple of those of the file,
     /// in (0, 100]: below 1 the others are left out, above 1 there are more between them. `camera`, `frame`: of a USD
