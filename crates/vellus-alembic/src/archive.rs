@@ -6,6 +6,7 @@ use crate::metadata::Metadata;
 use crate::ogawa::{self, Child, Group};
 use crate::property::{self, Kind, Property, Series};
 use crate::sample::Sample;
+use crate::source::Source;
 use crate::time::{self, TimeSampling};
 
 /// How many objects may be inside each other, and how many properties.
@@ -14,12 +15,12 @@ const MAX_DEPTH: usize = 128;
 /// The file has two hashes behind the headers of objects.
 const HASHES: usize = 32;
 
-/// An Alembic archive in memory.
+/// An Alembic archive.
 ///
 /// The tree is read at once: its size is bounded by that of the file. Samples are read on demand.
 #[derive(Clone, Debug)]
 pub struct Archive {
-    bytes: Vec<u8>,
+    bytes: Source,
     /// What describes the archive, as the program that wrote it.
     pub metadata: Metadata,
     /// When samples are. The first one is for properties without time.
@@ -56,15 +57,27 @@ impl Object {
 }
 
 impl Archive {
-    /// Reads the tree of an archive.
+    /// Reads the tree of an archive in memory.
     ///
     /// # Errors
     /// [`Error::Hdf5`], [`Error::NotAlembic`], [`Error::NotClosed`], [`Error::Version`], [`Error::Damaged`].
     pub fn open(bytes: Vec<u8>) -> Result<Self, Error> {
+        Self::new(Source::Memory(bytes))
+    }
+
+    /// Reads the tree of an archive in a file, which must not change while the archive is used.
+    ///
+    /// # Errors
+    /// As [`Archive::open`], and [`Error::Read`].
+    pub fn open_file(file: std::fs::File) -> Result<Self, Error> {
+        Self::new(Source::file(file)?)
+    }
+
+    fn new(bytes: Source) -> Result<Self, Error> {
         let root = ogawa::root(&bytes)?;
         let number = |index: usize| -> Result<i64, Error> {
-            let word = ogawa::data(&bytes, root, index)?.first_chunk::<4>();
-            Ok(word.map_or(-1, |word| i32::from_le_bytes(*word).into()))
+            let data = ogawa::data(&bytes, root, index)?;
+            Ok(data.first_chunk::<4>().map_or(-1, |word| i32::from_le_bytes(*word).into()))
         };
         let (format, library) = (number(0)?, number(1)?);
         if format != 0 {
@@ -77,9 +90,9 @@ impl Archive {
                 allowed: "9999 or more",
             });
         }
-        let metadata = Metadata::new(&String::from_utf8_lossy(ogawa::data(&bytes, root, 3)?));
-        let times = time::read(ogawa::data(&bytes, root, 4)?, root.at())?;
-        let indexed = indexed_metadata(ogawa::data(&bytes, root, 5)?, root.at())?;
+        let metadata = Metadata::new(&String::from_utf8_lossy(&ogawa::data(&bytes, root, 3)?));
+        let times = time::read(&ogawa::data(&bytes, root, 4)?, root.at())?;
+        let indexed = indexed_metadata(&ogawa::data(&bytes, root, 5)?, root.at())?;
         let mut tree = Tree { bytes: &bytes, indexed, samplings: times.len(), budget: bytes.len() };
         let objects = tree.objects(ogawa::subgroup(&bytes, root, 2)?)?;
         Ok(Archive { metadata, times, objects, bytes })
@@ -145,7 +158,7 @@ fn indexed_metadata(bytes: &[u8], at: usize) -> Result<Vec<Metadata>, Error> {
 
 /// Builds the tree of objects.
 struct Tree<'a> {
-    bytes: &'a [u8],
+    bytes: &'a Source,
     indexed: Vec<Metadata>,
     samplings: usize,
     /// What the file can hold of objects and properties, in bytes. Groups that have several parents, or themselves
@@ -181,7 +194,7 @@ impl Tree<'_> {
                 objects[index].properties = self.properties(properties, 0)?;
             }
             let Child::Data(range) = ogawa::child(self.bytes, group, group.len() - 1)? else { continue };
-            let headers = &self.bytes[range];
+            let headers = self.bytes.read(range)?;
             let headers = &headers[..headers.len().saturating_sub(HASHES)];
             let mut cursor = Cursor::new(headers, "headers of objects", group.at());
             while !cursor.is_empty() {
@@ -220,7 +233,8 @@ impl Tree<'_> {
             return Ok(properties);
         }
         let Child::Data(range) = ogawa::child(self.bytes, group, group.len() - 1)? else { return Ok(properties) };
-        let mut cursor = Cursor::new(&self.bytes[range], "headers of properties", group.at());
+        let headers = self.bytes.read(range)?;
+        let mut cursor = Cursor::new(&headers, "headers of properties", group.at());
         while !cursor.is_empty() {
             let header = property::header(&mut cursor, &self.indexed, self.samplings)?;
             self.spend(&header.name, group.at())?;

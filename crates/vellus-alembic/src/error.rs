@@ -10,6 +10,9 @@ pub enum Error {
          `abcconvert -toOgawa OLD.abc NEW.abc`, a program of the Alembic library"
     )]
     Hdf5,
+    /// The file cannot be read.
+    #[error("it cannot be read: {0}")]
+    Read(String),
     /// The file is no Alembic archive.
     #[error("it is not an Alembic archive")]
     NotAlembic,

@@ -1,14 +1,15 @@
 //! Reads and writes Alembic archives (`.abc`, Ogawa): the tree of objects with their properties, samples at a time, and
 //! curves, meshes, transforms and cameras as plain data.
 //!
-//! All of it is bounded by the size of the file: positions and counts are checked before anything is allocated, and a
+//! Of a file, the tree is read at once, and samples on demand: a long animation needs the memory of its tree and of the
+//! samples that are asked for. All of it is bounded by the size of the file: positions and counts are checked before anything is allocated, and a
 //! damaged file is an error. Archives in HDF5, the older container, are refused with a message that says how to convert
 //! them.
 //!
 //! ```no_run
 //! use vellus_alembic::{Archive, Attribute, Curves, attributes};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let archive = Archive::open(std::fs::read("groom.abc")?)?;
+//! let archive = Archive::open_file(std::fs::File::open("groom.abc")?)?;
 //! for object in &archive.objects {
 //!     if object.schema().is_some_and(|schema| schema.starts_with(Curves::SCHEMA)) {
 //!         let curves = Curves::read(&archive, object, 0.0)?;
@@ -37,6 +38,7 @@ mod metadata;
 mod ogawa;
 mod property;
 mod sample;
+mod source;
 mod time;
 mod write;
 mod xform;

@@ -6,6 +6,8 @@
 //! The position 0 is an empty group, or empty data with the top bit.
 
 use crate::error::{Error, damaged};
+use crate::source::Source;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The top bit of a position of data.
@@ -43,30 +45,31 @@ impl Group {
 }
 
 /// The root of a file.
-pub(crate) fn root(bytes: &[u8]) -> Result<Group, Error> {
-    if bytes.starts_with(b"\x89HDF") {
+pub(crate) fn root(bytes: &Source) -> Result<Group, Error> {
+    let header = bytes.read(0..HEADER.min(bytes.len()))?;
+    if header.starts_with(b"\x89HDF") {
         return Err(Error::Hdf5);
     }
-    if !bytes.starts_with(b"Ogawa") || bytes.len() < HEADER {
+    if !header.starts_with(b"Ogawa") || header.len() < HEADER {
         return Err(Error::NotAlembic);
     }
-    if bytes[5] != 0xff {
+    if header[5] != 0xff {
         return Err(Error::NotClosed);
     }
-    let version = i64::from(u16::from_be_bytes([bytes[6], bytes[7]]));
+    let version = i64::from(u16::from_be_bytes([header[6], header[7]]));
     if version != 1 {
         return Err(Error::Version { what: "container", found: version, allowed: "1" });
     }
-    group(bytes, u64_at(bytes, 8)?)
+    group(bytes, bytes.u64(8)?)
 }
 
 /// A child of a group.
-pub(crate) fn child(bytes: &[u8], parent: Group, index: usize) -> Result<Child, Error> {
+pub(crate) fn child(bytes: &Source, parent: Group, index: usize) -> Result<Child, Error> {
     if index >= parent.count {
         let what = format!("child {index} is missing: the group has {}", parent.count);
         return Err(damaged(parent.first, what));
     }
-    let position = u64_at(bytes, parent.first + 8 * index)?;
+    let position = bytes.u64(parent.first + 8 * index)?;
     if position & DATA == 0 {
         return Ok(Child::Group(group(bytes, position)?));
     }
@@ -75,7 +78,7 @@ pub(crate) fn child(bytes: &[u8], parent: Group, index: usize) -> Result<Child, 
         return Ok(Child::Data(0..0));
     }
     let at = inside(bytes, position)?;
-    let (size, first) = (u64_at(bytes, at)?, at + 8);
+    let (size, first) = (bytes.u64(at)?, at + 8);
     match usize::try_from(size).ok().and_then(|size| first.checked_add(size)) {
         Some(end) if end <= bytes.len() => Ok(Child::Data(first..end)),
         _ => Err(damaged(at, format!("data of {size} bytes does not fit in the file of {} bytes", bytes.len()))),
@@ -83,41 +86,36 @@ pub(crate) fn child(bytes: &[u8], parent: Group, index: usize) -> Result<Child, 
 }
 
 /// A child that must be data.
-pub(crate) fn data(bytes: &[u8], parent: Group, index: usize) -> Result<&[u8], Error> {
+pub(crate) fn data(bytes: &Source, parent: Group, index: usize) -> Result<Cow<'_, [u8]>, Error> {
     match child(bytes, parent, index)? {
-        Child::Data(range) => Ok(&bytes[range]),
+        Child::Data(range) => bytes.read(range),
         Child::Group(_) => Err(damaged(parent.first, format!("child {index} is a group, but must be data"))),
     }
 }
 
 /// A child that must be a group.
-pub(crate) fn subgroup(bytes: &[u8], parent: Group, index: usize) -> Result<Group, Error> {
+pub(crate) fn subgroup(bytes: &Source, parent: Group, index: usize) -> Result<Group, Error> {
     match child(bytes, parent, index)? {
         Child::Group(group) => Ok(group),
         Child::Data(_) => Err(damaged(parent.first, format!("child {index} is data, but must be a group"))),
     }
 }
 
-fn group(bytes: &[u8], position: u64) -> Result<Group, Error> {
+fn group(bytes: &Source, position: u64) -> Result<Group, Error> {
     if position == 0 {
         return Ok(Group::default());
     }
     let at = inside(bytes, position)?;
-    let (count, first) = (u64_at(bytes, at)?, at + 8);
+    let (count, first) = (bytes.u64(at)?, at + 8);
     match usize::try_from(count) {
         Ok(count) if count <= (bytes.len() - first) / 8 => Ok(Group { first, count }),
         _ => Err(damaged(at, format!("a group with {count} children does not fit in the file"))),
     }
 }
 
-fn inside(bytes: &[u8], position: u64) -> Result<usize, Error> {
+fn inside(bytes: &Source, position: u64) -> Result<usize, Error> {
     match usize::try_from(position) {
         Ok(at) if at >= HEADER && at < bytes.len() => Ok(at),
         _ => Err(damaged(0, format!("the position {position} is outside of the file of {} bytes", bytes.len()))),
     }
-}
-
-fn u64_at(bytes: &[u8], at: usize) -> Result<u64, Error> {
-    let word = bytes.get(at..).and_then(|rest| rest.first_chunk::<8>());
-    word.map(|word| u64::from_le_bytes(*word)).ok_or_else(|| damaged(at, "the file ends here"))
 }

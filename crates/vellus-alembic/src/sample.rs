@@ -2,24 +2,32 @@
 
 use crate::error::{Error, damaged};
 use crate::property::{Pod, Series};
+use std::borrow::Cow;
 
 /// The file has a hash before the bytes of each sample.
 const HASH: usize = 16;
 
 /// One sample of a property.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Sample<'a> {
     /// The type of the numbers.
     pub pod: Pod,
     /// The numbers or the text, without the hash, as they are in the file (little-endian).
-    pub bytes: &'a [u8],
+    pub bytes: Cow<'a, [u8]>,
 }
 
 impl<'a> Sample<'a> {
-    pub(crate) fn new(series: &Series, data: &'a [u8], at: usize) -> Result<Self, Error> {
+    pub(crate) fn new(series: &Series, data: Cow<'a, [u8]>, at: usize) -> Result<Self, Error> {
+        let length = data.len();
+        if length > 0 && length < HASH {
+            return Err(damaged(at, format!("a sample has {length} bytes")));
+        }
         let bytes = match data {
-            [] => data,
-            _ => data.get(HASH..).ok_or_else(|| damaged(at, format!("a sample has {} bytes", data.len())))?,
+            Cow::Borrowed(data) => Cow::Borrowed(&data[HASH.min(length)..]),
+            Cow::Owned(mut data) => {
+                data.drain(..HASH.min(length));
+                Cow::Owned(data)
+            }
         };
         Ok(Sample { pod: series.pod, bytes })
     }
@@ -81,7 +89,7 @@ impl<'a> Sample<'a> {
         fn all<T, const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> T) -> Vec<T> {
             bytes.as_chunks::<N>().0.iter().map(|word| convert(*word)).collect()
         }
-        let bytes = self.bytes;
+        let bytes = &self.bytes[..];
         match self.pod {
             Pod::Bool => all(bytes, |[byte]| whole((byte != 0).into())),
             Pod::U8 => all(bytes, |[byte]| whole(byte.into())),
@@ -158,7 +166,7 @@ mod tests {
 
     #[test]
     fn every_type_is_read() {
-        let sample = |pod, bytes| Sample { pod, bytes };
+        let sample = |pod, bytes: &'static [u8]| Sample { pod, bytes: Cow::Borrowed(bytes) };
         assert_eq!(sample(Pod::Bool, &[0, 7]).to_i64(), [0, 1]);
         assert_eq!(sample(Pod::I8, &[255, 1]).to_f32(), [-1.0, 1.0]);
         assert_eq!(sample(Pod::U64, &[255; 8]).to_i64(), [i64::MAX]);

@@ -232,7 +232,7 @@ fn copy_properties(archive: &Archive, writer: &mut Memory, owner: Owner, propert
                     let texts = sample.to_text();
                     writer.sample_text(id, &texts.iter().map(String::as_str).collect::<Vec<_>>()).unwrap();
                 }
-                _ => writer.sample(id, sample.bytes).unwrap(),
+                _ => writer.sample(id, &sample.bytes).unwrap(),
             }
         }
     }
@@ -267,6 +267,22 @@ fn a_copy_has_every_property_bit_by_bit() {
     let archive = read(scene());
     let copied = read(copy(&archive));
     assert_eq!(told(&copied), told(&archive));
+}
+
+/// From a file, parts are read as they are needed: all of them are the same.
+#[test]
+fn an_archive_in_a_file_is_the_same_as_in_memory() {
+    let bytes = scene().finish(&[]).unwrap().into_inner();
+    let mut file = tempfile::tempfile().unwrap();
+    std::io::Write::write_all(&mut file, &bytes).unwrap();
+    let archive = Archive::open_file(file).unwrap();
+    assert_eq!(told(&archive), told(&Archive::open(bytes.clone()).unwrap()));
+    for end in (0..bytes.len()).step_by(97) {
+        let mut file = tempfile::tempfile().unwrap();
+        std::io::Write::write_all(&mut file, &bytes[..end]).unwrap();
+        let [short, memory] = [Archive::open_file(file), Archive::open(bytes[..end].to_vec())];
+        assert_eq!(short.err(), memory.err(), "{end}");
+    }
 }
 
 #[test]
@@ -305,7 +321,7 @@ fn the_library_of_alembic_reads_and_writes_the_same() {
     std::fs::write(&ours, scene().finish(&[]).unwrap().into_inner()).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/reference.py");
     succeeds(python.arg(script).args([&ours, &theirs])).unwrap_or_else(|error| panic!("{error}"));
-    let archive = Archive::open(std::fs::read(theirs).unwrap()).unwrap();
+    let archive = Archive::open_file(std::fs::File::open(theirs).unwrap()).unwrap();
     let object = |path| &archive.objects[archive.find(path).unwrap_or_else(|| panic!("{path}"))];
     let coat = object("/fox/coat");
     for (time, shift) in [(0.5, 0.0), (0.75, 1.0)] {

@@ -12,7 +12,7 @@ use place::{Place, places};
 use std::collections::BTreeSet;
 use std::path::Path;
 use vellus_alembic::{Archive, Camera, Curves, Mesh, TimeSampling};
-use vellus_io::Sources;
+use vellus_io::{Digest, Sources};
 use vellus_scene::{Look, MAX_COPIED, Scene, Strands, Surface};
 use vellus_usd::Shot;
 
@@ -64,9 +64,12 @@ impl Reader<'_> {
 /// Opens an archive. Strands whose file has no width at all get the width `missing`.
 pub(crate) fn open(path: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
     let mut sources = Sources::new();
-    let bytes = crate::read(path, ".abc", &mut sources)?;
-    let fail = |source| Error::Alembic { path: path.to_owned(), source };
-    let archive = Archive::open(bytes).map_err(fail)?;
+    let unread = |source| Error::Read { path: path.to_owned(), source };
+    // A long animation is larger than the memory: only the samples of the frame are read.
+    let digest = vellus_io::open_file(path).and_then(Digest::of_reader).map_err(unread)?;
+    sources.add_digest(".abc", digest);
+    let file = vellus_io::open_file(path).map_err(unread)?;
+    let archive = Archive::open_file(file).map_err(|source| Error::Alembic { path: path.to_owned(), source })?;
     let mut opened = read(path, &archive, options, missing)?;
     opened.sources = sources;
     Ok(opened)

@@ -152,7 +152,7 @@ fn commands(extension: &str) -> &'static [&'static str] {
     ];
     match extension {
         "usda" | "usdc" | "usdz" | "abc" => SCENE,
-        "hair" | "tfx" | "data" | "ply" | "npy" | "npz" => &SCENE[..3],
+        "hair" | "tfx" | "data" | "ply" | "npz" => &SCENE[..3],
         "obj" => &["groom grow FILE --count 6 -o out.usda"],
         "png" | "hdr" => IMAGE,
         "exr" => IMAGE,
