@@ -8,12 +8,17 @@ use crate::property::{self, Kind, Property, Series};
 use crate::sample::Sample;
 use crate::source::Source;
 use crate::time::{self, TimeSampling};
+use std::borrow::Cow;
+use std::ops::Range;
 
 /// How many objects may be inside each other, and how many properties.
 const MAX_DEPTH: usize = 128;
 
 /// The file has two hashes behind the headers of objects.
 const HASHES: usize = 32;
+
+/// The file has a hash before the bytes of each sample.
+const HASH: usize = 16;
 
 /// An Alembic archive.
 ///
@@ -103,13 +108,33 @@ impl Archive {
     /// # Errors
     /// [`Error::Damaged`] if the file has no such sample.
     pub fn sample(&self, series: &Series, sample: u32) -> Result<Sample<'_>, Error> {
-        let missing =
-            || damaged(series.group.at(), format!("sample {sample} is missing: there are {}", series.samples));
+        let range = self.place(series, sample)?;
+        let bytes = if range.is_empty() { Cow::Borrowed(&[][..]) } else { self.bytes.read(range)? };
+        Ok(Sample { pod: series.pod, bytes })
+    }
+
+    /// The number of numbers in a sample, which is not read. 0 for text.
+    ///
+    /// # Errors
+    /// As [`Archive::sample`].
+    pub fn length(&self, series: &Series, sample: u32) -> Result<usize, Error> {
+        let range = self.place(series, sample)?;
+        Ok(series.pod.size().map_or(0, |size| range.len() / size))
+    }
+
+    /// Where a sample is in the file.
+    fn place(&self, series: &Series, sample: u32) -> Result<Range<usize>, Error> {
+        let at = series.group.at();
+        let missing = || damaged(at, format!("sample {sample} is missing: there are {}", series.samples));
         let stored = series.stored(sample).ok_or_else(missing)?;
         // Arrays have data and dimensions in turn.
         let stored = if series.is_array { 2 * stored } else { stored };
-        let data = ogawa::data(&self.bytes, series.group, stored)?;
-        Sample::new(series, data, series.group.at())
+        match ogawa::child(&self.bytes, series.group, stored)? {
+            Child::Data(range) if range.is_empty() => Ok(range),
+            Child::Data(range) if range.len() < HASH => Err(damaged(at, format!("a sample has {} bytes", range.len()))),
+            Child::Data(range) => Ok(range.start + HASH..range.end),
+            Child::Group(_) => Err(damaged(at, format!("child {stored} is a group, but must be data"))),
+        }
     }
 
     /// The times of the samples of a property.

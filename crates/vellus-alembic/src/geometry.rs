@@ -51,7 +51,8 @@ impl<'a> Geometry<'a> {
     /// Vectors with three coordinates.
     pub fn vectors(&self, name: &str, blend: bool) -> Result<Option<Vec<[f32; 3]>>, Error> {
         if let Some(series) = self.series(name) {
-            let numbers = floor(self.archive, series, self.time)?.len();
+            let sample = self.archive.times(series).between(self.time, series.samples).floor;
+            let numbers = self.archive.length(series, sample)?;
             if numbers % 3 != 0 {
                 return Err(wrong(name, format!("has {numbers} numbers: they must be threes")));
             }

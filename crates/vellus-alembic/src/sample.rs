@@ -1,11 +1,7 @@
 //! One sample of a property: bytes, as numbers or text.
 
-use crate::error::{Error, damaged};
-use crate::property::{Pod, Series};
+use crate::property::Pod;
 use std::borrow::Cow;
-
-/// The file has a hash before the bytes of each sample.
-const HASH: usize = 16;
 
 /// One sample of a property.
 #[derive(Clone, Debug)]
@@ -16,22 +12,7 @@ pub struct Sample<'a> {
     pub bytes: Cow<'a, [u8]>,
 }
 
-impl<'a> Sample<'a> {
-    pub(crate) fn new(series: &Series, data: Cow<'a, [u8]>, at: usize) -> Result<Self, Error> {
-        let length = data.len();
-        if length > 0 && length < HASH {
-            return Err(damaged(at, format!("a sample has {length} bytes")));
-        }
-        let bytes = match data {
-            Cow::Borrowed(data) => Cow::Borrowed(&data[HASH.min(length)..]),
-            Cow::Owned(mut data) => {
-                data.drain(..HASH.min(length));
-                Cow::Owned(data)
-            }
-        };
-        Ok(Sample { pod: series.pod, bytes })
-    }
-
+impl Sample<'_> {
     /// The number of numbers. 0 for text.
     pub fn len(&self) -> usize {
         self.pod.size().map_or(0, |size| self.bytes.len() / size)

@@ -91,10 +91,13 @@ impl Blocks {
     }
 
     fn part(&mut self, range: Range<usize>) -> Result<Vec<u8>, Error> {
-        let mut bytes = vec![0; range.len()];
+        let mut bytes = Vec::with_capacity(range.len());
         self.file.seek(SeekFrom::Start(range.start as u64)).map_err(told)?;
-        self.file.read_exact(&mut bytes).map_err(told)?;
-        Ok(bytes)
+        (&mut self.file).take(range.len() as u64).read_to_end(&mut bytes).map_err(told)?;
+        match bytes.len() == range.len() {
+            true => Ok(bytes),
+            false => Err(damaged(range.start, "the file is shorter than when it was opened")),
+        }
     }
 }
 
