@@ -2,9 +2,9 @@
 //! curves, meshes, transforms and cameras as plain data.
 //!
 //! Of a file, the tree is read at once, and samples on demand: a long animation needs the memory of its tree and of the
-//! samples that are asked for. All of it is bounded by the size of the file: positions and counts are checked before anything is allocated, and a
-//! damaged file is an error. Archives in HDF5, the older container, are refused with a message that says how to convert
-//! them.
+//! samples that are asked for. All of it is bounded by the size of the file: positions and counts are checked before
+//! anything is allocated, and a damaged file is an error. Archives in HDF5, the older container, are refused with a
+//! message that says how to convert them.
 //!
 //! ```no_run
 //! use vellus_alembic::{Archive, Attribute, Curves, attributes};

@@ -59,8 +59,8 @@ mod settings;
 mod tfx;
 mod thin;
 
-/// The largest file of strands or polygons (.hair, .tfx, .data, .ply, .npy, .npz, .obj), in bytes: 16 GiB. The readers of this crate take bytes,
-/// so the caller has to check the limit.
+/// The largest file of strands or polygons (.hair, .tfx, .data, .ply, .npy, .npz, .obj), in bytes: 16 GiB. The readers
+/// of this crate take bytes, so the caller has to check the limit.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
 pub use describe::{describe, suggested_width};

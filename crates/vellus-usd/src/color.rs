@@ -88,8 +88,8 @@ const NAMES: [(&str, Gamut, Curve); 37] = [
 /// The white point of daylight at 6500 K (CIE, ISO 11664-2).
 const DAYLIGHT: [f64; 2] = [0.3127, 0.3290];
 
-/// The colour of a black body at a temperature in kelvin, with the luminance 1, in linear Rec. 709. Temperatures are held
-/// in [1000, 15000], the range of the approximation (Krystek 1985, An algorithm to calculate correlated colour
+/// The colour of a black body at a temperature in kelvin, with the luminance 1, in linear Rec. 709. Temperatures are
+/// held in [1000, 15000], the range of the approximation (Krystek 1985, An algorithm to calculate correlated colour
 /// temperature). Colours outside of Rec. 709, below 1900 K, lose their negative blue.
 pub(crate) fn blackbody(kelvin: f64) -> [f64; 3] {
     let t = kelvin.clamp(1000.0, 15_000.0);

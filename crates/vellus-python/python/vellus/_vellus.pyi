@@ -797,17 +797,17 @@ class Scene:
     ) -> Scene:
         """Reads a scene.
 
-        `path`: a USD or Alembic file, strands as .hair, .tfx, .data, .ply, .npy or .npz, a mesh as .obj, or the name of a built-in scene:
-        `vellus scene list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a
-        look. `width`: diameter of strands without widths. `strands`: their number, as a multiple of those of the file,
-        in (0, 100]: below 1 the others are left out, above 1 there are more between them. `camera`, `frame`: of a USD
-        or Alembic file. `strict`: whether a warning is an error. `aspect`: width over height of the picture, for a
-        camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows (`groom`) or
-        that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over the share
-        `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`. `belly`: the
-        colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when the shutter
-        of a USD file opens and closes, in frames relative to the frame; `(0, 0)` is no motion blur, and `None` the
-        shutter of the camera.
+        `path`: a USD or Alembic file, strands as .hair, .tfx, .data, .ply, .npy or .npz, a mesh as .obj, or the name of
+        a built-in scene: `vellus scene list` has them. `small`: the small version of a built-in scene. `fiber`: for
+        strands without a look. `width`: diameter of strands without widths. `strands`: their number, as a multiple of
+        those of the file, in (0, 100]: below 1 the others are left out, above 1 there are more between them. `camera`,
+        `frame`: of a USD or Alembic file. `strict`: whether a warning is an error. `aspect`: width over height of the
+        picture, for a camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows
+        (`groom`) or that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over
+        the share `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`.
+        `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when
+        the shutter of a USD file opens and closes, in frames relative to the frame; `(0, 0)` is no motion blur, and
+        `None` the shutter of the camera.
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

@@ -206,8 +206,8 @@ impl Triangles {
         found
     }
 
-    /// The normal by the normal map of a mesh, which has texture coordinates. Where they are the same at two corners, it
-    /// is that of the mesh.
+    /// The normal by the normal map of a mesh, which has texture coordinates. Where they are the same at two corners,
+    /// it is that of the mesh.
     fn bent(&self, mesh: &Mesh, triangle: usize, corners: [Vec3; 3], uv: Vec2, smooth: Option<Vec3>) -> Option<Vec3> {
         let [a, b, c] = mesh.uv.as_ref()?[triangle];
         let [p, q, r] = corners;
@@ -325,8 +325,8 @@ mod tests {
         all
     }
 
-    /// Of 40,000 rays, the part that the surface stops has a standard error of at most 0.0025. Five of them are exceeded
-    /// by chance in one of two million cases. Two squares behind one another stop independently.
+    /// Of 40,000 rays, the part that the surface stops has a standard error of at most 0.0025. Five of them are
+    /// exceeded by chance in one of two million cases. Two squares behind one another stop independently.
     #[test]
     fn rays_pass_surfaces_by_chance() {
         for share in [0.0, 0.1, 0.5, 0.9, 1.0] {
@@ -351,8 +351,8 @@ mod tests {
         }
     }
 
-    /// A normal that leans to growing u, and one that leans to growing v, from both sides, on a square whose image is as
-    /// wide as it, mirrored, or turned by a right angle.
+    /// A normal that leans to growing u, and one that leans to growing v, from both sides, on a square whose image is
+    /// as wide as it, mirrored, or turned by a right angle.
     #[test]
     fn a_normal_map_follows_the_texture_coordinates() {
         type Map = fn(Vec2) -> Vec2;
