@@ -51,7 +51,7 @@
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.
-pub const PICTURE_VERSION: u32 = 9;
+pub const PICTURE_VERSION: u32 = 10;
 
 #[cfg(feature = "denoise")]
 pub mod denoise;
