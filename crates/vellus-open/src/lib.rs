@@ -83,6 +83,9 @@ pub struct Options {
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
     pub instances: bool,
+    /// Whether attributes of strands that rendering does not use are kept ([`Scene::custom`]), for a conversion. They
+    /// are lost if [`Options::strands`] changes the strands.
+    pub custom: bool,
     /// Whether a warning is an error ([`Error::Strict`]).
     pub strict: bool,
     /// Prepares the scene for a picture. `None` leaves it as it is in the file.
@@ -258,6 +261,7 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
     }
     if let Some(share) = options.strands.filter(|share| *share < 1.0) {
         opened.scene.all_strands_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
+        opened.scene.custom.clear();
     }
     Ok(opened)
 }
@@ -285,6 +289,7 @@ fn still(path: &Path, options: &Options, staging: &Staging, scene: &Scene) -> Re
 fn open_dense(path: &Path, options: &Options, missing: Option<f32>) -> Result<Opened, Error> {
     let mut opened = open_all(path, options, missing)?;
     let Some(factor) = options.strands.filter(|factor| *factor > 1.0) else { return Ok(opened) };
+    opened.scene.custom.clear();
     let first = || open_all(path, &Options { frame: None, ..options.clone() }, Some(0.0));
     let rest = options.frame.map(|_| first()).transpose()?.map(|first| first.scene);
     for strands in opened.scene.all_strands_mut() {
@@ -381,6 +386,7 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         shutter: options.shutter,
         fallback: options.fiber().1,
         instances: options.instances,
+        custom: options.custom,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
     let vellus_usd::Reading { scene, warnings, networks, settings, shot, sources } = vellus_usd::read(path, &reader)?;

@@ -2,8 +2,9 @@
 
 pub use crate::alembic::write::Flavor;
 use crate::{Error, alembic};
+use std::collections::BTreeSet;
 use std::path::Path;
-use vellus_scene::{Parameter, Scene, Values};
+use vellus_scene::{Custom, Parameter, Scene, Values};
 
 /// How a scene is written.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +44,12 @@ pub fn write(scene: &Scene, path: impl AsRef<Path>, Writing { pieces, flavor }: 
 /// no fibres, units, lights and surfaces, and with [`Flavor::Unreal`] no meshes and no camera.
 pub fn dropped(scene: &Scene, path: impl AsRef<Path>, flavor: Flavor) -> Vec<String> {
     let extension = path.as_ref().extension().and_then(|extension| extension.to_str());
+    let lost = |lost: fn(&Custom) -> bool| {
+        let names: BTreeSet<&str> = scene.custom.iter().filter(|c| lost(c)).map(|c| c.name.as_str()).collect();
+        names.into_iter().map(|name| format!("the attribute {name}")).collect::<Vec<String>>()
+    };
     if !matches!(extension, Some("hair" | "abc")) {
-        return Vec::new();
+        return lost(|custom| !vellus_usd::fits(custom));
     }
     let is_hair = extension == Some("hair");
     let is_bare = is_hair || flavor == Flavor::Unreal;
@@ -55,6 +60,9 @@ pub fn dropped(scene: &Scene, path: impl AsRef<Path>, flavor: Flavor) -> Vec<Str
     };
     let mut dropped: Vec<String> =
         scene.strands.iter().map(|strands| format!("the fibre {}", scene.looks[strands.look].name)).collect();
+    if is_hair {
+        dropped.extend(lost(|_| true));
+    }
     for strands in scene.strands.iter().filter(|_| is_hair) {
         dropped.extend(strands.root_uv.as_ref().map(|_| "the uv of the roots".to_owned()));
         dropped.extend(strands.moved.as_ref().map(|_| "the motion".to_owned()));

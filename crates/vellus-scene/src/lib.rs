@@ -33,6 +33,7 @@
 #![warn(clippy::print_stdout)]
 
 mod camera;
+mod custom;
 mod error;
 mod framing;
 mod instances;
@@ -50,6 +51,7 @@ mod units;
 mod view;
 
 pub use camera::{Camera, Fit};
+pub use custom::{Custom, CustomValues, Per};
 pub use error::Error;
 pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Profile, Shaping};

@@ -1,6 +1,7 @@
 //! The scene.
 
 use crate::camera::Camera;
+use crate::custom::Custom;
 use crate::error::{Error, invalid};
 use crate::instances::{Instance, Prototype};
 use crate::light::{Light, Shaping};
@@ -50,6 +51,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// The unit of length and the up axis, if known.
     pub units: Option<Units>,
+    /// Attributes of strands that rendering does not use. Readers leave them out unless a conversion needs them.
+    pub custom: Vec<Custom>,
 }
 
 impl Scene {
@@ -99,6 +102,7 @@ impl Scene {
     pub fn validate(&self) -> Result<(), Error> {
         self.validate_instances()?;
         self.strands.iter().try_for_each(Strands::validate)?;
+        self.custom.iter().try_for_each(|custom| custom.validate(&self.strands))?;
         for strands in self.all_strands() {
             if strands.look >= self.looks.len() {
                 return Err(invalid(&strands.name, "the look does not exist"));

@@ -90,4 +90,5 @@ pub use image::{load_map, load_sky, load_texture};
 pub use read::look::FALLBACK_LOOK;
 pub use read::{Options, Reading, RenderSettings, Shot, read, read_material};
 pub use warning::{Fault, Warning};
+pub use write::custom::fits;
 pub use write::{Format, write, write_to};

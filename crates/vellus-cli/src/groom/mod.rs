@@ -93,9 +93,9 @@ fn convert(input: &Input, path: &Path, pieces: usize, program: Option<Program>) 
         Some(Program::Unreal) => Flavor::Unreal,
         None => Flavor::Plain,
     };
-    input.options(None)?;
+    let options = Options { custom: true, ..input.options(None)? };
     output::writable(path)?;
-    let scene = input.open(None)?.scene;
+    let scene = input.open_with(&options)?.scene;
     vellus_open::write(&scene, path, Writing { pieces, flavor })?;
     let dropped = vellus_open::dropped(&scene, path, flavor);
     if !dropped.is_empty() {

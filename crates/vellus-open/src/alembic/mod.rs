@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use vellus_alembic::{Archive, Camera, Curves, Mesh, TimeSampling};
 use vellus_io::{Digest, Sources};
-use vellus_scene::{Look, MAX_COPIED, Scene, Strands, Surface};
+use vellus_scene::{Custom, Look, MAX_COPIED, Scene, Strands, Surface};
 use vellus_usd::Shot;
 
 /// Frames per second of an archive that does not say them.
@@ -32,6 +32,8 @@ struct Reader<'a> {
     warnings: Vec<Warning>,
     /// Names of attributes that are not used.
     unknown: BTreeSet<String>,
+    /// Whether attributes that are not used are kept for a conversion.
+    keeps: bool,
 }
 
 /// Why an object is left out.
@@ -79,7 +81,14 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
     let frames_per_second = archive.frames_per_second().unwrap_or(FRAMES_PER_SECOND);
     let start = start(archive);
     let time = options.frame.map_or(start.unwrap_or(0.0), |frame| frame / frames_per_second);
-    let mut reader = Reader { archive, times: [time, time], missing, warnings: Vec::new(), unknown: BTreeSet::new() };
+    let mut reader = Reader {
+        archive,
+        times: [time, time],
+        missing,
+        warnings: Vec::new(),
+        unknown: BTreeSet::new(),
+        keeps: options.custom,
+    };
     let first = camera::find(&mut reader, path, options.camera.as_deref())?;
     let shutter = match (options.shutter, &first) {
         (Some(frames), _) => frames.map(|frame| frame / frames_per_second),
@@ -108,6 +117,10 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
         let read = if place.has_schema(archive, Curves::SCHEMA) {
             strands::read(&mut reader, place).map(|found| {
                 let points = found.hair.iter().chain(&found.guides).map(|strands| strands.points.len()).sum();
+                let before = scene.strands.len();
+                let moved =
+                    found.custom.into_iter().map(|custom| Custom { strands: before + custom.strands, ..custom });
+                scene.custom.extend(moved);
                 scene.strands.extend(found.hair);
                 guides.extend(found.guides);
                 points

@@ -106,6 +106,31 @@ impl Shape {
         }
     }
 
+    /// The point of the file whose value each control point has, for values that cannot be interpolated: phantom points
+    /// have that of the end. `None` if points were computed from others.
+    pub fn rows_of_points(&self) -> Option<Vec<usize>> {
+        let mut rows = Vec::with_capacity(self.total());
+        let mut first = 0;
+        for count in &self.counts {
+            let count = *count as usize;
+            let own = first..first + count;
+            first += count;
+            match self.kind {
+                Kind::Plain => rows.extend(own),
+                Kind::Closed(extra) => rows.extend(own.cycle().take(if count == 0 { 0 } else { count + extra })),
+                // As `extend`: a strand of fewer points has no phantom points.
+                Kind::Pinned if count >= 2 => {
+                    rows.push(own.start);
+                    rows.extend(own.clone());
+                    rows.push(own.end - 1);
+                }
+                Kind::Pinned => rows.extend(own),
+                Kind::Hermite | Kind::Knots(_) => return None,
+            }
+        }
+        Some(rows)
+    }
+
     /// Control points of the strands, and the index of the first one of each. `None` if there are too many.
     pub fn points(&self, positions: &[[f32; 3]]) -> Option<(Vec<u32>, Vec<[f32; 3]>)> {
         // No shape has more than three points for each one, or three more for a strand.
@@ -205,11 +230,18 @@ impl Shape {
     }
 }
 
-/// Strands with the control points that a file has: without phantom points at the ends of splines, which readers add.
-/// Splines whose ends are no mirror images become Bézier curves, which are the same curves.
-pub(super) fn authored(strands: &Strands) -> Strands {
+/// Strands with the control points that a file has.
+pub(super) struct Authored {
+    pub strands: Strands,
+    /// The index that each point had; empty if points were computed from others.
+    pub rows: Vec<usize>,
+}
+
+/// Strands without phantom points at the ends of splines, which readers add. Splines whose ends are no mirror images
+/// become Bézier curves, which are the same curves.
+pub(super) fn authored(strands: &Strands) -> Authored {
     if !matches!(strands.basis, Basis::BSpline | Basis::CatmullRom) {
-        return strands.clone();
+        return Authored { strands: strands.clone(), rows: (0..strands.points.len()).collect() };
     }
     let is_mirrored = |beyond: Vec4, end: Vec4, next: Vec4| {
         // The reader computes it in the space of the object, so that it may be off by a rounding error.
@@ -259,8 +291,10 @@ pub(super) fn authored(strands: &Strands) -> Strands {
     found.varying = varying.collect();
     if !is_pinned {
         found.basis = Basis::Bezier;
+        return Authored { strands: found, rows: Vec::new() };
     }
-    found
+    let inner = strands.starts.windows(2).flat_map(|pair| pair[0] as usize + 1..pair[1] as usize - 1);
+    Authored { strands: found, rows: inner.collect() }
 }
 
 /// Adds the Bézier points of a spline.

@@ -6,8 +6,8 @@ use super::{Reader, Skipped};
 use crate::Warning;
 use glam::Vec2;
 use std::collections::BTreeMap;
-use vellus_alembic::{Attribute, Curves, attributes};
-use vellus_scene::{Parameter, Strands, Values};
+use vellus_alembic::{Attribute, Curves, Values as AttributeValues, attributes};
+use vellus_scene::{Custom, CustomValues, Parameter, Per, Strands, Values};
 
 /// Attributes with the diameter, before and after the widths of the schema.
 const WIDTHS: [&[&str]; 2] = [&["groom_width"], &["width", "widths", "pscale"]];
@@ -30,6 +30,8 @@ const MAX_GROUPS: usize = 64;
 pub(super) struct Found {
     /// Its hair, one set for each group.
     pub hair: Vec<Strands>,
+    /// Attributes of the hair that rendering does not use, by the indices of the sets.
+    pub custom: Vec<Custom>,
     /// Its guides.
     pub guides: Vec<Strands>,
 }
@@ -61,7 +63,7 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
         None
     };
 
-    let mut known = Vec::new();
+    let (mut known, mut kept) = (Vec::new(), Vec::new());
     for property in attributes(object) {
         let name = property.name.as_str();
         let is_used = WIDTHS.concat().contains(&name)
@@ -70,6 +72,13 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
             || GROUPS.contains(&name)
             || name == GUIDE
             || own_parameter(name).is_some();
+        if !is_used && reader.keeps {
+            match Attribute::read(archive, property, open).map(|attribute| custom(&shape, &attribute)) {
+                Ok(Some(found)) => kept.push(found),
+                _ => reader.note(place, Some(format!("{name} cannot be kept: its values do not fit the strands"))),
+            }
+            continue;
+        }
         if !is_used {
             if !WITHOUT_EFFECT.contains(&name) {
                 reader.unknown.insert(property.name.clone());
@@ -115,24 +124,67 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
         }
         guides.iter_mut().for_each(|guides| keep(guides, &broken.strands));
         groups.iter_mut().for_each(|(groups, _)| keep(groups, &broken.strands));
+        // Their rows do not fit any more.
+        kept.retain(|custom: &Custom| custom.per == Per::Set);
         reader.warnings.push(Warning::Broken { strands: place.path.clone(), broken });
     }
     all.validate().map_err(|error| Skipped::part(error.to_string()))?;
     let is_guide = |strand: usize| guides.as_ref().is_some_and(|guides| guides[strand]);
-    let mut hair = match &groups {
-        None if guides.is_none() => return Ok(Found { hair: vec![all], guides: Vec::new() }),
-        None => vec![all.select(|strand| (!is_guide(strand)).then_some(1.0))],
-        Some((of, names)) => {
-            let group = |(group, name): (usize, &String)| {
-                let own = all.select(|strand| (of[strand] == group && !is_guide(strand)).then_some(1.0));
-                Strands { name: format!("{}/{name}", place.path), ..own }
-            };
-            names.iter().enumerate().map(group).collect()
+    let mut custom = Vec::new();
+    let (mut hair, mut guide) = (Vec::new(), Vec::new());
+    let names = groups.as_ref().map_or(&[][..], |(_, names)| names);
+    for group in 0..names.len().max(1) {
+        let is_own = |strand: usize| groups.as_ref().is_none_or(|(of, _)| of[strand] == group) && !is_guide(strand);
+        let own = all.select(|strand| is_own(strand).then_some(1.0));
+        if own.is_empty() {
+            continue;
         }
+        let name = names.get(group).map_or(all.name.clone(), |name| format!("{}/{name}", place.path));
+        custom.extend(kept.iter().map(|custom| Custom { strands: hair.len(), ..selected(custom, &all, is_own) }));
+        hair.push(Strands { name, ..own });
+    }
+    guide.extend(Some(all.select(|strand| is_guide(strand).then_some(1.0))).filter(|strands| !strands.is_empty()));
+    Ok(Found { hair, custom, guides: guide })
+}
+
+/// An attribute for conversions. `None` if it does not fit the strands.
+fn custom(shape: &Shape, attribute: &Attribute) -> Option<Custom> {
+    let lanes = attribute.lanes;
+    let values = match &attribute.values {
+        AttributeValues::Single(values) => CustomValues::F32(values.clone()),
+        AttributeValues::Double(values) => CustomValues::F64(values.clone()),
+        AttributeValues::Whole(values) => {
+            CustomValues::I32(values.iter().map(|x| i32::try_from(*x).ok()).collect::<Option<_>>()?)
+        }
+        AttributeValues::Text(values) => CustomValues::Text(values.clone()),
     };
-    let mut guides = vec![all.select(|strand| is_guide(strand).then_some(1.0))];
-    [&mut hair, &mut guides].into_iter().for_each(|sets| sets.retain(|strands| !strands.is_empty()));
-    Ok(Found { hair, guides })
+    let all = Custom { strands: 0, name: attribute.name.clone(), per: Per::Set, lanes, values };
+    let all = match &attribute.indices {
+        Some(indices) => {
+            let rows: Vec<usize> = indices.iter().map(|index| *index as usize).collect();
+            rows.iter().all(|row| *row < all.rows()).then(|| all.with_rows(&rows))?
+        }
+        None => all,
+    };
+    match all.rows() {
+        1 => Some(all),
+        rows if rows == shape.strands() => Some(Custom { per: Per::Strand, ..all }),
+        rows if rows == shape.total() => Some(Custom { per: Per::Point, ..all.with_rows(&shape.rows_of_points()?) }),
+        _ => None,
+    }
+}
+
+/// The rows of an attribute that belong to some of the strands.
+fn selected(custom: &Custom, all: &Strands, is_own: impl Fn(usize) -> bool) -> Custom {
+    let strands = (0..all.len()).filter(|strand| is_own(*strand));
+    match custom.per {
+        Per::Set => custom.clone(),
+        Per::Strand => custom.with_rows(&strands.collect::<Vec<_>>()),
+        Per::Point => {
+            let points = |strand: usize| all.starts[strand] as usize..all.starts[strand + 1] as usize;
+            custom.with_rows(&strands.flat_map(points).collect::<Vec<_>>())
+        }
+    }
 }
 
 /// The radius of each point in world space.

@@ -11,7 +11,7 @@ use vellus_alembic::{
     Attribute, Camera, CurveBasis, CurveType, Curves, Geometry, Mesh, ObjectId, Op, Owner, Pod, Scope, TimeSampling,
     Values, Writer, Xform,
 };
-use vellus_scene::{self as scene, Basis, Scene, Strands};
+use vellus_scene::{self as scene, Basis, Custom, CustomValues, Per, Scene, Strands};
 
 /// Frames per second of the times that are written.
 const FRAMES_PER_SECOND: f64 = 24.0;
@@ -63,7 +63,8 @@ fn archive<W: Write + Seek>(scene: &Scene, flavor: Flavor, out: W) -> io::Result
     };
     let mut file = File { writer, times, flavor, folders: HashMap::from([(String::new(), top)]), used: HashMap::new() };
     for (group, strands) in scene.strands.iter().enumerate() {
-        file.strands(top, strands, group)?;
+        let custom: Vec<&Custom> = scene.custom.iter().filter(|custom| custom.strands == group).collect();
+        file.strands(top, strands, &custom, group)?;
     }
     if flavor == Flavor::Plain {
         scene.meshes.iter().try_for_each(|mesh| file.mesh(top, mesh))?;
@@ -91,6 +92,22 @@ struct File<W> {
 
 fn attribute(name: &str, scope: Scope, lanes: usize, pod: Pod, values: Values) -> Attribute {
     Attribute { name: name.to_owned(), scope, lanes, pod, interpretation: String::new(), values, indices: None }
+}
+
+/// An attribute that a reader kept. `rows` are those of the points of the file.
+fn kept(custom: &Custom, rows: &[usize]) -> Attribute {
+    let (scope, custom) = match custom.per {
+        Per::Set => (Scope::Constant, (*custom).clone()),
+        Per::Strand => (Scope::Uniform, (*custom).clone()),
+        Per::Point => (Scope::Vertex, custom.with_rows(rows)),
+    };
+    let (pod, values) = match custom.values {
+        CustomValues::F32(values) => (Pod::F32, Values::Single(values)),
+        CustomValues::F64(values) => (Pod::F64, Values::Double(values)),
+        CustomValues::I32(values) => (Pod::I32, Values::Whole(values.into_iter().map(i64::from).collect())),
+        CustomValues::Text(values) => (Pod::Text, Values::Text(values)),
+    };
+    attribute(&custom.name, scope, custom.lanes, pod, values)
 }
 
 fn matrix(of: Mat4) -> Xform {
@@ -134,14 +151,14 @@ impl<W: Write> File<W> {
         }
     }
 
-    fn strands(&mut self, top: ObjectId, strands: &Strands, group: usize) -> io::Result<()> {
+    fn strands(&mut self, top: ObjectId, strands: &Strands, custom: &[&Custom], group: usize) -> io::Result<()> {
         let (parent, name) = self.place(top, &strands.name)?;
         let authored = shape::authored(strands);
-        let counts: Vec<u32> = authored.starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let counts: Vec<u32> = authored.strands.starts.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let of_points = |values: Vec<f32>, name: &str, lanes| {
             attribute(name, Scope::Vertex, lanes, Pod::F32, Values::Single(values))
         };
-        let widths: Vec<f32> = authored.points.iter().map(|p| 2.0 * p.w).collect();
+        let widths: Vec<f32> = authored.strands.points.iter().map(|p| 2.0 * p.w).collect();
         let is_constant = widths.iter().all(|width| *width == widths[0]);
         let widths = match is_constant {
             true => attribute("width", Scope::Constant, 1, Pod::F32, Values::Single(widths[..1].to_vec())),
@@ -153,7 +170,7 @@ impl<W: Write> File<W> {
             let uv = attribute("groom_root_uv", Scope::Uniform, 2, Pod::F32, values);
             attributes.push(Attribute { interpretation: "vector".to_owned(), ..uv });
         }
-        for (parameter, values) in &authored.varying {
+        for (parameter, values) in &authored.strands.varying {
             let name = match parameter {
                 Parameter::Reflectance => "groom_color".to_owned(),
                 other => format!("vellus:{}", other.name()),
@@ -181,16 +198,23 @@ impl<W: Write> File<W> {
             attributes.push(all("groom_id", &|strand| strand as i64));
             attributes.push(all("groom_guide", &|_| 0));
         }
-        let (kind, basis) = match authored.basis {
+        for custom in custom {
+            // Points of other curves have no values.
+            let fits = custom.per != Per::Point || authored.rows.len() == authored.strands.points.len();
+            if fits && attributes.iter().all(|known| known.name != custom.name) && !custom.name.contains('/') {
+                attributes.push(kept(custom, &authored.rows));
+            }
+        }
+        let (kind, basis) = match authored.strands.basis {
             Basis::Linear => (CurveType::Linear, CurveBasis::None),
             Basis::Bezier => (CurveType::Cubic, CurveBasis::Bezier),
             Basis::BSpline => (CurveType::Cubic, CurveBasis::BSpline),
             Basis::CatmullRom => (CurveType::Cubic, CurveBasis::CatmullRom),
         };
-        let open: Vec<Vec3> = authored.points.iter().map(|p| p.truncate()).collect();
-        let times = if authored.moved.is_some() { self.times } else { 0 };
+        let open: Vec<Vec3> = authored.strands.points.iter().map(|p| p.truncate()).collect();
+        let times = if authored.strands.moved.is_some() { self.times } else { 0 };
         let mut curves = Geometry::curves(&mut self.writer, parent, &name, times)?;
-        for positions in [Some(open), authored.moved].into_iter().flatten() {
+        for positions in [Some(open), authored.strands.moved].into_iter().flatten() {
             let sample = Curves {
                 kind,
                 periodic: false,
@@ -294,7 +318,7 @@ impl<W: Write> File<W> {
             let mut parts = Vec::new();
             for (i, strands) in prototype.strands.iter().enumerate() {
                 let own = Strands { name: format!("strands_{i}"), ..strands.clone() };
-                self.strands(place.object, &own, i)?;
+                self.strands(place.object, &own, &[], i)?;
                 parts.push(own.name);
             }
             let meshes = if self.flavor == Flavor::Plain { &prototype.meshes[..] } else { &[] };
@@ -408,6 +432,64 @@ mod tests {
             assert!(near(seen.film_width, camera.film_width) && near(seen.film_height, camera.film_height));
             assert!((0..2).all(|k| near(seen.shift[k], camera.shift[k])));
             assert!(seen.to_world.abs_diff_eq(camera.to_world, 1e-6));
+        }
+    }
+
+    /// Attributes that rendering does not use, of each type and for each of what has values: from USD to an archive, to
+    /// another archive, and back to USD, everything is bit-equal. A warning names them where they are not kept.
+    #[test]
+    fn conversions_keep_every_attribute() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let basis = |kind: &str| match kind {
+            "linear" => "uniform token type = \"linear\"",
+            "bspline" => "uniform token basis = \"bspline\" uniform token wrap = \"pinned\"",
+            _ => "uniform token basis = \"catmullRom\" uniform token wrap = \"pinned\"",
+        };
+        for kind in ["linear", "bspline", "catmullRom"] {
+            let text = format!(
+                "#usda 1.0
+def BasisCurves \"coat\" {{ {} int[] curveVertexCounts = [4, 4]
+    point3f[] points = [(0,0,0), (0,1,.1), (0,2,.3), (.1,3,.7), (1,0,0), (1,1,.1), (1,2,.3), (1.1,3,.7)]
+    float[] widths = [.1, .09, .05, .01, .2, .15, .1, .02] (interpolation = \"vertex\")
+    texCoord2f[] primvars:st = [(.1, .2), (.3, .4)] (interpolation = \"uniform\")
+    int[] primvars:clump = [7, -1] (interpolation = \"uniform\")
+    string[] primvars:name = [\"left \\\"a\\\"\", \"right\"] (interpolation = \"uniform\")
+    double2[] primvars:precise = [(.1, .2), (.3, .4)] (interpolation = \"uniform\")
+    float3[] primvars:rest = [(0,0,.7), (0,1,0), (0,2,0), (0,3,0), (1,0,0), (1,1,0)] (interpolation = \"vertex\")
+    int[] primvars:rest:indices = [0, 1, 2, 3, 4, 5, 5, 5]
+    float primvars:amount = 0.3
+}}",
+                basis(kind)
+            );
+            std::fs::write(at("a.usda"), text).unwrap();
+            let keep = Options { custom: true, strict: true, ..Options::default() };
+            let first = open(at("a.usda"), &keep).unwrap().scene;
+            let names: Vec<&str> = first.custom.iter().map(|custom| custom.name.as_str()).collect();
+            assert_eq!(names, ["clump", "name", "precise", "rest", "amount"]);
+            write(&first, &at("b.abc"), Flavor::Plain).unwrap();
+            let second = open(at("b.abc"), &keep).unwrap().scene;
+            write(&second, &at("c.abc"), Flavor::Plain).unwrap();
+            let third = open(at("c.abc"), &keep).unwrap().scene;
+            vellus_usd::write(&third, &at("d.usdc")).unwrap();
+            let last = open(at("d.usdc"), &keep).unwrap().scene;
+            for scene in [&second, &third, &last] {
+                let sorted = |scene: &Scene| {
+                    let mut all = scene.custom.clone();
+                    all.sort_by(|a, b| a.name.cmp(&b.name));
+                    all
+                };
+                assert_eq!(sorted(scene), sorted(&first), "{kind}");
+                let geometry = |scene: &Scene| {
+                    let Strands { basis, starts, points, root_uv, .. } = scene.strands[0].clone();
+                    (basis, starts, points, root_uv)
+                };
+                assert_eq!(geometry(scene), geometry(&first), "{kind}");
+            }
+            let bare = open(at("b.abc"), &Options::default()).unwrap();
+            assert!(bare.scene.custom.is_empty());
+            let said: Vec<String> = bare.warnings.iter().map(ToString::to_string).collect();
+            assert!(said[0].contains("not used: amount, clump, precise, rest"), "{said:?}");
         }
     }
 

@@ -27,7 +27,7 @@ fn identity(scene: &str, options: &Options) -> Digest {
 /// The same value as that of the command.
 #[test]
 fn the_identity_is_the_same_everywhere() {
-    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "81b0238bce3647de");
+    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "a02173946a07670d");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::{BoundLook, Reader};
+use crate::read::custom;
 use crate::read::layout::{Ends, Layout};
 use crate::read::look::{FALLBACK_LOOK, SHADER, channels, look};
 use crate::read::motion::{Points, points};
@@ -120,7 +121,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     }
     strands.name = reader.name(prim)?;
     reader.scene.strands.push(strands);
-    Ok(())
+    if reader.options.custom { custom::read(reader, prim, &layout, base) } else { Ok(()) }
 }
 
 /// The points of Bézier curves that are Hermite curves: a handle is a third of a tangent away from its point.

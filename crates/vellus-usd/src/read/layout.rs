@@ -81,6 +81,31 @@ impl Layout {
         starts
     }
 
+    /// The point of the file whose value each control point has, for values that cannot be interpolated: phantom points
+    /// have that of the end. `None` if points were computed from others.
+    pub fn rows_of_points(&self) -> Option<Vec<usize>> {
+        if self.at_knots {
+            return None;
+        }
+        let mut rows = Vec::with_capacity(self.total + self.phantoms() * self.counts.len());
+        let mut first = 0;
+        for &count in &self.counts {
+            let own = first..first + count;
+            first += count;
+            match self.ends {
+                Ends::Open => rows.extend(own),
+                Ends::Closed => rows.extend(own.cycle().take(if count == 0 { 0 } else { count + self.phantoms() })),
+                Ends::Pinned => {
+                    let ends = [own.start, own.end.max(own.start + 1) - 1];
+                    rows.push(ends[0]);
+                    rows.extend(own);
+                    rows.push(ends[1]);
+                }
+            }
+        }
+        Some(rows)
+    }
+
     /// Number of knots of a strand with `count` points.
     fn knots(&self, count: usize) -> usize {
         match self.basis {

@@ -4,6 +4,7 @@ mod camera;
 mod color;
 mod context;
 mod curves;
+mod custom;
 mod empty;
 mod instances;
 mod layout;

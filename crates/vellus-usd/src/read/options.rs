@@ -27,6 +27,8 @@ pub struct Options {
     pub network_base: Fiber,
     /// Whether instances share their prototypes ([`Scene::instances`]). Otherwise they are copied.
     pub instances: bool,
+    /// Whether primvars of curves that rendering does not use are kept ([`Scene::custom`]).
+    pub custom: bool,
 }
 
 impl Default for Options {
@@ -41,6 +43,7 @@ impl Default for Options {
             fallback: Fiber::hair(),
             network_base: Fiber::hair(),
             instances: false,
+            custom: false,
         }
     }
 }

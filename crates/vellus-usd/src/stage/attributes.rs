@@ -22,6 +22,17 @@ impl Stage {
         self.typed(prim, name, when, "a number, a vector or a matrix", precise)
     }
 
+    /// Reads an array of numbers or vectors of double precision, one behind another, and the length of the vectors.
+    pub fn doubles(&self, prim: &str, name: &str, when: When) -> Result<Option<(Vec<f64>, usize)>, Error> {
+        self.typed(prim, name, when, "numbers of double precision", |value| match value {
+            sdf::Value::DoubleVec(v) => Some((v, 1)),
+            sdf::Value::Vec2dVec(v) => Some((v.into_iter().flat_map(<[f64; 2]>::from).collect(), 2)),
+            sdf::Value::Vec3dVec(v) => Some((v.into_iter().flat_map(<[f64; 3]>::from).collect(), 3)),
+            sdf::Value::Vec4dVec(v) => Some((v.into_iter().flat_map(<[f64; 4]>::from).collect(), 4)),
+            _ => None,
+        })
+    }
+
     /// Reads an array of matrices.
     pub fn matrices(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<DMat4>>, Error> {
         self.typed(prim, name, when, "matrices", |value| match value {

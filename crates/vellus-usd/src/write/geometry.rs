@@ -2,13 +2,14 @@
 
 use crate::read::light::{POINT, SEEN_BY_RENDERMAN};
 use crate::read::link::LINKS;
+use crate::write::custom::custom as write_custom;
 use crate::write::encoder::{Encoder, Role};
 use crate::write::names::{Names, plain, to_file, vellus_name};
 use crate::write::value::{Array, Asset, Token};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io;
-use vellus_scene::{Basis, Camera, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
+use vellus_scene::{Basis, Camera, Custom, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
 
 /// Prims with a material.
 const BINDS: Role = Role::Applies("MaterialBindingAPI");
@@ -22,7 +23,13 @@ fn extent(out: &mut dyn Encoder, points: impl Iterator<Item = Vec3>, radius: f32
 }
 
 /// Writes strands in the prim `parent`, which is open.
-pub(crate) fn strands(out: &mut dyn Encoder, parent: &str, strands: &Strands, names: &mut Names) -> io::Result<()> {
+pub(crate) fn strands(
+    out: &mut dyn Encoder,
+    parent: &str,
+    strands: &Strands,
+    custom: &[&Custom],
+    names: &mut Names,
+) -> io::Result<()> {
     let name = names.unused(parent, &strands.name);
     out.open("BasisCurves", &name, BINDS)?;
     let (kind, basis) = match strands.basis {
@@ -67,6 +74,7 @@ pub(crate) fn strands(out: &mut dyn Encoder, parent: &str, strands: &Strands, na
             )?;
         }
     }
+    custom.iter().try_for_each(|custom| write_custom(out, custom))?;
     out.relate("material:binding", &[&names.looks[strands.look]])?;
     vellus_name(out, &strands.name)?;
     out.close()

@@ -1,6 +1,7 @@
 //! Writes a scene as text (.usda) or binary (.usdc).
 
 pub(crate) mod crate_file;
+pub(crate) mod custom;
 pub(crate) mod encoder;
 mod geometry;
 mod look;
@@ -19,7 +20,7 @@ use crate::write::value::{Token, Value, Words};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use vellus_scene::{Fit, Scene, Wrap};
+use vellus_scene::{Custom, Fit, Scene, Wrap};
 
 /// A format of USD.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,8 +180,9 @@ fn stage(scene: &Scene, mut names: Names, out: &mut dyn Encoder) -> io::Result<(
     for item in &scene.meshes {
         mesh(out, "/Scene", item, &mut names)?;
     }
-    for item in &scene.strands {
-        strands(out, "/Scene", item, &mut names)?;
+    for (i, item) in scene.strands.iter().enumerate() {
+        let custom: Vec<&Custom> = scene.custom.iter().filter(|custom| custom.strands == i).collect();
+        strands(out, "/Scene", item, &custom, &mut names)?;
     }
     let classes: Vec<String> = scene.prototypes.iter().map(|item| names.unused("", &item.name)).collect();
     for item in &scene.instances {
@@ -195,7 +197,7 @@ fn stage(scene: &Scene, mut names: Names, out: &mut dyn Encoder) -> io::Result<(
             mesh(out, &path, item, &mut names)?;
         }
         for item in &item.strands {
-            strands(out, &path, item, &mut names)?;
+            strands(out, &path, item, &[], &mut names)?;
         }
         out.close()?;
     }

@@ -99,6 +99,62 @@ impl Element for f64 {
     }
 }
 
+/// An `int`.
+impl Element for i32 {
+    const KIND: u64 = 3;
+
+    fn text(&self, text: &mut String) {
+        let _ = write!(text, "{self}");
+    }
+
+    fn bytes(&self, _: &mut Tables, bytes: &mut Vec<u8>) {
+        bytes.extend(self.to_le_bytes());
+    }
+
+    fn pack(values: impl Iterator<Item = Self> + Clone) -> Option<Vec<u8>> {
+        Some(pack_integers(values))
+    }
+}
+
+/// A `double` in a row of several.
+pub(crate) struct Row64<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Element for Row64<N> {
+    const KIND: u64 = [0, 9, 19, 23, 27][N];
+
+    fn text(&self, text: &mut String) {
+        tuple(&self.0, text, f64::text);
+    }
+
+    fn bytes(&self, _: &mut Tables, bytes: &mut Vec<u8>) {
+        bytes.extend(self.0.iter().flat_map(|x| x.to_le_bytes()));
+    }
+}
+
+/// Any string.
+pub(crate) struct Quoted<'a>(pub &'a str);
+
+impl Element for Quoted<'_> {
+    const KIND: u64 = 10;
+
+    fn text(&self, text: &mut String) {
+        text.push('"');
+        for c in self.0.chars() {
+            match c {
+                '"' | '\\' => text.extend(['\\', c]),
+                '\n' => text.push_str("\\n"),
+                '\r' => text.push_str("\\r"),
+                c => text.push(c),
+            }
+        }
+        text.push('"');
+    }
+
+    fn bytes(&self, tables: &mut Tables, bytes: &mut Vec<u8>) {
+        bytes.extend(tables.string(self.0).to_le_bytes());
+    }
+}
+
 /// An `int`, which is never negative here.
 impl Element for u32 {
     const KIND: u64 = 3;

@@ -5,8 +5,9 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Fit, Ground, Instance, Light, Link, Look, Mesh, NormalMap, Objects, Opacity, Parameter, Profile,
-    Prototype, ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value, Values, Wrap,
+    Basis, Camera, Custom, CustomValues, Fit, Ground, Instance, Light, Link, Look, Mesh, NormalMap, Objects, Opacity,
+    Parameter, Per, Profile, Prototype, ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
+    Values, Wrap,
 };
 use vellus_usd::{Format, Options, write, write_to};
 
@@ -172,7 +173,23 @@ fn scene() -> Scene {
             focus_distance: 4.3,
         }),
         units: Some(Units { meters_per_unit: 1.0 / 3.0, z_up: true }),
+        custom: custom(),
     }
+}
+
+/// Attributes of the first set of strands, of each type and for each of what may have values, and of the last one.
+fn custom() -> Vec<Custom> {
+    let one = |strands, name: &str, per, lanes, values| Custom { strands, name: name.to_owned(), per, lanes, values };
+    let texts = ["", "a \"b\" \\\n", "é"].map(str::to_owned).to_vec();
+    let mut all = vec![
+        one(0, "clump:id", Per::Strand, 1, CustomValues::I32(vec![-7, 0, i32::MAX])),
+        one(0, "maker", Per::Set, 1, CustomValues::Text(vec!["me".to_owned()])),
+        one(0, "names", Per::Strand, 1, CustomValues::Text(texts)),
+        one(0, "rest", Per::Point, 3, CustomValues::F32((0..48).map(noise).collect())),
+        one(0, "weights", Per::Strand, 2, CustomValues::F64((0..6).map(|i| 0.1 * f64::from(i)).collect())),
+    ];
+    all.push(one(1, "age", Per::Point, 1, CustomValues::F32((0..7).map(noise).collect())));
+    all
 }
 
 /// Reading collects textures in the order in which lights, meshes and strands use them. This function reorders them.
@@ -238,7 +255,8 @@ fn written_scenes_read_back_equal() {
         let file = folder.path().join(name);
         let expected = in_order_of_use(scene());
         write(&expected, &file).unwrap();
-        let (mut found, warnings) = read(&file, &Options::default()).unwrap();
+        let options = Options { custom: true, ..Options::default() };
+        let (mut found, warnings) = read(&file, &options).unwrap();
         // One of its looks has textures, and the strands have no texture coordinates.
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert!(
