@@ -88,7 +88,7 @@ scene nope | there is no scene 'nope'
 scene raccoon -o x.txt | end in .usda
 scene --small | NAME
 groom info raccoon --frame 1 | the built-in scene raccoon has its own
-groom convert raccoon -o x.png | end in .usda or .usdc or .hair
+groom convert raccoon -o x.png | end in .usda or .usdc or .abc or .hair
 groom convert raccoon --frame 3 -o x.usda | the built-in scene raccoon has its own
 groom grow ball.obj -o x.txt | end in .usda
 groom grow ball.obj --segments 4000000000 --count 10 | '--segments <N>': it must be a whole number in [1, 65536]

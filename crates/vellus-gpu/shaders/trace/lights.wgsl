@@ -276,7 +276,7 @@ fn sample_light(point: vec3<f32>, u: vec3<f32>) -> LightSample {
     }
     s = sample_shape(row, point, u.xy);
     let factor = shaping(row, -s.direction);
-    if s.light == NONE || factor <= 0.0 || s.pdf == 0.0 {
+    if s.light == NONE || all(factor <= vec3(0.0)) || s.pdf == 0.0 {
         s.light = NONE;
         return s;
     }
