@@ -46,8 +46,8 @@
 //!   ([`vellus_scene::Ground`]). A light is invisible to the camera if one of these is false or 0:
 //!   `primvars:ri:attributes:visibility:camera` (RenderMan), `primvars:arnold:camera` (Arnold),
 //!   `karma:light:renderlightgeo` (Karma), `visibleInPrimaryRay` (NVIDIA RTX). UsdLux has no such attribute.
-//! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
-//!   expressions are not evaluated.
+//! - Materials that are bound directly or by collections. Collections list included and excluded prims, or have an
+//!   expression of paths without predicates.
 //! - Native instances and **PointInstancer**, which share their strands and meshes if [`Options::instances`] is true.
 //! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: skinning of meshes, curves and shapes,
 //!   linear or by dual quaternions, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for

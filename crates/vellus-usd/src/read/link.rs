@@ -24,10 +24,7 @@ fn collection(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, E
     let has_root = stage.flag(prim, &own("includeRoot"))? != Some(false);
     let expands =
         stage.words(prim, &own("expansionRule"))?.unwrap_or_default().first().is_none_or(|w| w != "explicitOnly");
-    let has_all = has_root
-        && expands
-        && stage.targets(prim, &own("excludes"))?.is_empty()
-        && !stage.has_property(prim, &own("membershipExpression"))?;
+    let has_all = has_root && expands && stage.targets(prim, &own("excludes"))?.is_empty();
     Ok((!has_all).then(|| format!("{prim}.collection:{name}")))
 }
 
@@ -46,7 +43,7 @@ pub(crate) fn membership(stage: &Stage, collections: &[String], inside: &[Place]
     for collection in collections {
         for place in inside.iter().take_while(|place| is_below(&place.path, &inside[0].path)) {
             // Errors are reported where the links are read.
-            let is_member = stage.includes(collection, &place.path).ok().flatten().unwrap_or(true);
+            let is_member = stage.includes(collection, &place.path).unwrap_or(true);
             text.push(if is_member { '1' } else { '0' });
         }
     }
@@ -71,6 +68,13 @@ pub(crate) fn read(reader: &mut Reader, places: &[Place]) -> Result<(), Error> {
     for Linked { index, prim, shadows } in lights {
         let mut link = Link { diffuse: 1.0, specular: 1.0, ..Link::default() };
         for (name, objects) in LINKS.into_iter().zip([&mut link.lit, &mut link.casters]) {
+            let own = |part: &str| format!("collection:{name}:{part}");
+            let expression = own("membershipExpression");
+            if reader.stage.has_property(&prim, &expression)?
+                && reader.stage.flag(&prim, &own("includeRoot")).ok().flatten() != Some(false)
+            {
+                reader.warnings.add(&prim, format!("{expression} has no effect: the collection has the root"));
+            }
             match collection(reader.stage, &prim, name) {
                 Ok(None) => {}
                 Ok(Some(collection)) => {
@@ -122,13 +126,11 @@ fn members(reader: &mut Reader, prim: &str, collection: &str, paths: &[(String, 
     let (mut inside, mut outside) = (Vec::new(), Vec::new());
     for (name, path) in paths {
         match reader.stage.includes(collection, path) {
-            Ok(Some(true)) => inside.push(name.clone()),
-            Ok(Some(false)) => outside.push(name.clone()),
-            failed => {
-                let why = failed.err().map_or("an expression defines it".to_owned(), |error| error.to_string());
+            Ok(true) => inside.push(name.clone()),
+            Ok(false) => outside.push(name.clone()),
+            Err(error) => {
                 let name = collection.rsplit(':').next().unwrap_or_default();
-                let what = format!("collection:{name} is not read, and has all prims: {why}");
-                reader.warnings.add(prim, what);
+                reader.warnings.add(prim, format!("collection:{name} is not read, and has all prims: {error}"));
                 return Objects::ALL;
             }
         }
@@ -139,9 +141,9 @@ fn members(reader: &mut Reader, prim: &str, collection: &str, paths: &[(String, 
 /// Warns if a collection treats an instancer unlike its prototypes: all instances have the links of the prototypes.
 fn warn_of_instancers(reader: &mut Reader, prim: &str, collection: &str, places: &[Place]) -> Result<(), Error> {
     for place in places.iter().filter(|place| place.shown && place.type_name == "PointInstancer") {
-        let own = reader.stage.includes(collection, &place.path).ok().flatten();
+        let own = reader.stage.includes(collection, &place.path).ok();
         for prototype in reader.stage.targets(&place.path, "prototypes")? {
-            if reader.stage.includes(collection, &prototype).ok().flatten() != own {
+            if reader.stage.includes(collection, &prototype).ok() != own {
                 let what = "its links of the prototypes of an instancer count, not those of the instancer";
                 reader.warnings.add(prim, what);
             }

@@ -105,7 +105,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         reader.warnings.add(prim, format!("its material has a texture, but it has no {name}: one texel is everywhere"));
     }
     let is_plain = texture.is_none() && surfaces == [reader.surfaces.get(prim).copied()];
-    if is_plain && let Some(mut colors) = checked(DISPLAY_COLOR, Interpolation::Constant, 3).unwrap_or_else(|_| None) {
+    if is_plain && let Some(mut colors) = checked(DISPLAY_COLOR, Interpolation::Constant, 3).unwrap_or(None) {
         reader.convert(prim, DISPLAY_COLOR, colors.space.clone().as_deref(), &mut colors.values)?;
         let first = colors.values.values.first_chunk::<3>();
         let values = colors.values.values.as_chunks::<3>().0;

@@ -46,12 +46,10 @@ fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result
             reader.warnings.add(path, what);
             continue;
         };
-        match reader.stage.includes(collection, prim)? {
-            Some(true) => return Ok(Some((name.to_owned(), material.clone()))),
-            Some(false) => {}
-            None => reader
-                .warnings
-                .add(collection, "collections by an expression are not supported: this collection is empty"),
+        match reader.stage.includes(collection, prim) {
+            Ok(true) => return Ok(Some((name.to_owned(), material.clone()))),
+            Ok(false) => {}
+            Err(error) => reader.warnings.add(collection, format!("the collection is empty: {error}")),
         }
     }
     // One for a purpose is stronger.

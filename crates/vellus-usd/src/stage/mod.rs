@@ -10,6 +10,7 @@ mod careful;
 mod classes;
 mod collections;
 mod compose;
+mod expression;
 mod files;
 mod instances;
 mod materialx;

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::read::shading::mapping::Mapping;
 use crate::read::shading::nodes::{mix, multiply};
 use crate::read::shading::value::Value;
-use vellus_scene::{NormalMap, Opacity, Surface, Tint};
+use vellus_scene::{NormalMap, Opacity, Surface};
 
 /// The name of an input and its default, or an empty name if the shader has no such input.
 type Named = (&'static str, f64);
@@ -153,9 +153,8 @@ pub(super) fn read(mapping: &mut Mapping, name: String, model: &Model) -> Result
     // A colour without effect is not asked for, so that it gives no warning.
     let emission = if factor == 0.0 { [0.0; 3] } else { mean(mapping, emitted)?.map(|x| (factor * x) as f32) };
     let opacity = value(mapping, (model.opacity, 1.0))?.map(|color| [color.iter().sum::<f64>() / 3.0; 3]);
-    let opacity = match mapping.tint(opacity) {
-        Tint { color, texture } => Opacity { value: color[0], texture, threshold: threshold(mapping, model)? },
-    };
+    let fade = mapping.tint(opacity);
+    let opacity = Opacity { value: fade.color[0], texture: fade.texture, threshold: threshold(mapping, model)? };
     Ok(Surface {
         name,
         color,

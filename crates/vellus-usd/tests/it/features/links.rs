@@ -73,6 +73,40 @@ def SphereLight \"key\" {{ rel collection:lightLink:excludes = </S/b> }}"
     assert_eq!((copied.strands.len(), copied.links), (3, link("/S/b/hair")));
 }
 
+/// An expression counts if nothing else is said. Its paths move with the layer that has it.
+#[test]
+fn expressions_link_lights() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = format!(
+        "#usda 1.0\n( defaultPrim = \"M\" )
+def Xform \"M\" {{ def BasisCurves \"a1\" {{ {FOUR} }}
+    def BasisCurves \"a2\" {{ {FOUR} }}
+    def SphereLight \"key\" {{ uniform bool collection:lightLink:includeRoot = 0
+        pathExpression collection:lightLink:membershipExpression = \"/M/a? - ../a2\" }}
+    def SphereLight \"fill\" {{ uniform bool collection:lightLink:includeRoot = 0
+        pathExpression collection:lightLink:membershipExpression = \"~%/M:set & //\" }}
+    pathExpression collection:set:membershipExpression = \"a1\"
+    def SphereLight \"rim\" {{ pathExpression collection:lightLink:membershipExpression = \"/M/a1\" }}
+    def SphereLight \"back\" {{ uniform bool collection:lightLink:includeRoot = 0
+        pathExpression collection:lightLink:membershipExpression = \"//{{isa:Mesh}}\" }} }}"
+    );
+    std::fs::write(folder.path().join("set.usda"), set).unwrap();
+    let file = folder.path().join("stage.usda");
+    let stage = "#usda 1.0\ndef Xform \"W\" { def \"N\" ( references = @./set.usda@ ) {} }";
+    std::fs::write(&file, stage).unwrap();
+    let (scene, warnings) = crate::common::read(&file, &Options::default()).unwrap();
+    let lit = |lit| Link { lit, ..Link::default() };
+    assert_eq!(scene.links, [(0, lit(except(&["/W/N/a2"]))), (1, lit(except(&["/W/N/a1"])))]);
+    let said = said(&warnings);
+    for expected in [
+        "/W/N/rim: collection:lightLink:membershipExpression has no effect: the collection has the root",
+        "collection:lightLink:membershipExpression cannot be read: it has a predicate",
+    ] {
+        assert!(said.contains(expected), "{said}");
+    }
+    assert_eq!(warnings.len(), 2, "{said}");
+}
+
 #[test]
 fn what_is_not_read_of_a_light_is_named() {
     let (scene, warnings) = scene(&format!(
