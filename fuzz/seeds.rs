@@ -19,6 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     save("hair", "strands.hair", &vellus_groom::write_hair(linear)?)?;
     save("research", "a.data", &[&[1u8, 0, 0, 0, 2, 0, 0, 0][..], &[0; 24]].concat())?;
     save("research", "a.ply", PLY.as_bytes())?;
+    save("ies", "a.ies", b"\x41IESNA:LM-63-2002\nTILT=NONE\n1 1 2 3 2 1 1 1 1 1\n1 1 1\n0 45 90\n0 90\n3 2 1\n3 1 0\n")?;
     save("tfx", "3.tfx", &tfx(3.0))?;
     save("tfx", "4.tfx", &tfx(4.0))?;
     for (name, layers) in [("few", &[Layer::Depth][..]), ("all", &Layer::ALL)] {
@@ -206,10 +207,6 @@ fn scene() -> Scene {
     let square = Vec2::splat(1.0);
     let pose = Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0));
     Scene {
-        prototypes: Vec::new(),
-        instances: Vec::new(),
-        shapings: Vec::new(),
-        links: Vec::new(),
         strands: vec![
             strands(Basis::Linear, &[2, 3]),
             strands(Basis::BSpline, &[4, 6]),
@@ -253,10 +250,10 @@ fn scene() -> Scene {
             Light::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
             Light::Cylinder { center: Vec3::Y, half_axis: Vec3::X, radius: 0.5, radiance: [6.0; 3] },
         ],
-        background: None,
         unseen_lights: vec![0, 3],
         light_groups: ["sky", "sun", "key", "key", "lamp", "tube"].map(str::to_owned).to_vec(),
         camera: Some(Camera::look_at(Vec3::splat(9.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5)),
         units: Some(Units { meters_per_unit: 1.0, z_up: true }),
+        ..Scene::default()
     }
 }

@@ -112,4 +112,12 @@ impl Curves {
             positions,
         })
     }
+    /// The time of the last sample of positions that is not later, to which velocities belong, and the number of
+    /// samples. `None` without positions.
+    ///
+    /// # Errors
+    /// [`Error::Property`] if the object has no curves.
+    pub fn sampled(archive: &Archive, object: &Object, time: f64) -> Result<Option<(f64, u32)>, Error> {
+        Ok(Geometry::new(archive, object, ".geom", time)?.sampled("P"))
+    }
 }

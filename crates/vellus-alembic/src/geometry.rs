@@ -24,6 +24,13 @@ impl<'a> Geometry<'a> {
         self.schema.child(name).and_then(Property::series).filter(|series| series.samples > 0)
     }
 
+    /// The time of the last sample that is not later, and the number of samples.
+    pub fn sampled(&self, name: &str) -> Option<(f64, u32)> {
+        let series = self.series(name)?;
+        let times = self.archive.times(series);
+        Some((times.time(times.between(self.time, series.samples).floor), series.samples))
+    }
+
     /// Integers of the last sample that is not later.
     pub fn integers(&self, name: &str) -> Result<Option<Vec<i64>>, Error> {
         self.series(name).map(|series| Ok(floor(self.archive, series, self.time)?.to_i64())).transpose()

@@ -1,6 +1,7 @@
 //! Opens Alembic archives as scenes.
 
 mod camera;
+mod guides;
 mod mesh;
 mod place;
 mod shape;
@@ -8,6 +9,7 @@ mod strands;
 pub(crate) mod write;
 
 use crate::{Error, Opened, Options, Warning};
+use guides::Guides;
 use place::{Place, places};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -25,7 +27,9 @@ const SURFACE: [f32; 3] = [0.18; 3];
 /// What is needed to read an object, and what is to be said of it.
 struct Reader<'a> {
     archive: &'a Archive,
-    /// When the shutter opens and closes, in seconds.
+    /// The time of the frame, in seconds.
+    time: f64,
+    /// When the shutter opens and closes.
     times: [f64; 2],
     /// The width of strands without widths.
     missing: Option<f32>,
@@ -83,6 +87,7 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
     let time = options.frame.map_or(start.unwrap_or(0.0), |frame| frame / frames_per_second);
     let mut reader = Reader {
         archive,
+        time,
         times: [time, time],
         missing,
         warnings: Vec::new(),
@@ -108,7 +113,7 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
     let mut scene = Scene { looks: vec![Look::constant(name, fiber)], camera, ..Scene::default() };
     let (places, faults) = places(archive, reader.times);
     reader.warnings.extend(faults.into_iter().map(|(object, what)| Warning::Alembic { object, what }));
-    let (mut guides, mut copied) = (Vec::new(), 0usize);
+    let (mut guides, mut bound, mut copied) = (Vec::<Guides>::new(), Vec::new(), 0usize);
     for place in &places {
         if copied > MAX_COPIED {
             reader.note(place, Some(format!("left out: copies of instances have more than {MAX_COPIED} points")));
@@ -116,13 +121,22 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
         }
         let read = if place.has_schema(archive, Curves::SCHEMA) {
             strands::read(&mut reader, place).map(|found| {
-                let points = found.hair.iter().chain(&found.guides).map(|strands| strands.points.len()).sum();
+                let own = found.guides.iter().map(|(guides, _)| &guides.strands);
+                let points = found.hair.iter().map(|(strands, _)| strands).chain(own).map(|all| all.points.len()).sum();
                 let before = scene.strands.len();
                 let moved =
                     found.custom.into_iter().map(|custom| Custom { strands: before + custom.strands, ..custom });
                 scene.custom.extend(moved);
-                scene.strands.extend(found.hair);
-                guides.extend(found.guides);
+                for (strands, own) in found.hair {
+                    bound.extend(own.map(|own| (scene.strands.len(), own)));
+                    scene.strands.push(strands);
+                }
+                guides.extend(found.guides.map(|(all, is_numbered)| {
+                    // Guides without numbers are counted.
+                    let count = guides.iter().map(|guides: &Guides| guides.ids.len() as i64).sum::<i64>();
+                    let ids = if is_numbered { all.ids } else { (count..count + all.ids.len() as i64).collect() };
+                    Guides { ids, ..all }
+                }));
                 points
             })
         } else if place.has_schema(archive, Mesh::POLYGONS) || place.has_schema(archive, Mesh::SUBDIVISION) {
@@ -145,7 +159,16 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
             }
         }
     }
-    leave_guides(&mut reader, &mut scene, guides);
+    if guides.iter().any(|guides| guides.rest.is_some()) {
+        for (set, bound) in bound {
+            let strands = &mut scene.strands[set];
+            let lost = bound.follow(strands, &guides);
+            let what = format!("{lost} of its strands do not move: the file does not have their guides");
+            let object = strands.name.clone();
+            reader.warnings.extend((lost > 0).then_some(Warning::Alembic { object, what }));
+        }
+    }
+    leave_guides(&mut reader, &mut scene, guides.into_iter().map(|guides| guides.strands).collect());
     if !reader.unknown.is_empty() {
         let names: Vec<String> = std::mem::take(&mut reader.unknown).into_iter().collect();
         let what = format!("these attributes are not used: {}", names.join(", "));

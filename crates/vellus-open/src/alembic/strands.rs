@@ -1,10 +1,11 @@
 //! Curves as sets of strands: widths, texture coordinates, colours, guides and groups.
 
+use super::guides::{self, Bound, Guides};
 use super::place::Place;
 use super::shape::Shape;
 use super::{Reader, Skipped};
 use crate::Warning;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 use vellus_alembic::{Attribute, Curves, Values as AttributeValues, attributes};
 use vellus_scene::{Custom, CustomValues, Parameter, Per, Strands, Values};
@@ -28,12 +29,12 @@ const MAX_GROUPS: usize = 64;
 
 /// The strands of an object.
 pub(super) struct Found {
-    /// Its hair, one set for each group.
-    pub hair: Vec<Strands>,
+    /// Its hair, one set for each group, and the guides that it follows, if it has no motion of its own.
+    pub hair: Vec<(Strands, Option<Bound>)>,
     /// Attributes of the hair that rendering does not use, by the indices of the sets.
     pub custom: Vec<Custom>,
-    /// Its guides.
-    pub guides: Vec<Strands>,
+    /// Its guides, and whether their numbers are those of the file.
+    pub guides: Option<(Guides, bool)>,
 }
 
 /// Reads the strands of an object.
@@ -45,6 +46,7 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     }
     let [open, close] = reader.times;
     let curves = Curves::read(archive, object, open)?;
+    let (sampled, samples) = Curves::sampled(archive, object, open)?.unwrap_or((open, 0));
     let (shape, note) = Shape::new(&curves).map_err(Skipped::part)?;
     reader.note(place, note);
     if shape.strands() == 0 {
@@ -52,12 +54,27 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     }
     let too_many = || Skipped::part("it has more than a billion points");
     let (starts, points) = shape.points(&curves.positions).ok_or_else(too_many)?;
-    let positions = place.open(&points);
+    let mut positions = place.open(&points);
     let moved = if close > open {
         let later = Curves::read(archive, object, close)?;
-        // Other curves have no motion.
         let same = later.counts == curves.counts && (later.kind, later.basis) == (curves.kind, curves.basis);
-        let later = shape.points(&later.positions).filter(|_| same);
+        // Samples of the same curves are more accurate than velocities. Other curves have no motion without them.
+        let is_sampled = same && samples > 1;
+        let velocities = curves.velocities.as_ref().filter(|_| !is_sampled);
+        // What has one sample is there at any time.
+        let sampled = if samples > 1 { sampled } else { reader.time };
+        let drift = |time: f64, velocities: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let by = (time - sampled) as f32;
+            curves.positions.iter().zip(velocities).map(|(p, v)| [0, 1, 2].map(|k| p[k] + by * v[k])).collect()
+        };
+        if let Some(velocities) = velocities {
+            positions = place.open(&shape.points(&drift(open, velocities)).ok_or_else(too_many)?.1);
+        }
+        let later = match velocities {
+            Some(velocities) => Some(drift(close, velocities)),
+            None => Some(later.positions).filter(|_| same),
+        };
+        let later = later.and_then(|later| shape.points(&later));
         later.map(|(_, later)| place.close(&later)).filter(|later| *later != positions)
     } else {
         None
@@ -66,11 +83,23 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     let (mut known, mut kept) = (Vec::new(), Vec::new());
     for property in attributes(object) {
         let name = property.name.as_str();
+        if reader.keeps
+            && guides::BOUND.contains(&name)
+            && let Ok(attribute) = Attribute::read(archive, property, open)
+        {
+            kept.extend(custom(&shape, &attribute));
+        }
+        if name == guides::ID
+            && let Ok(attribute) = Attribute::read(archive, property, open)
+        {
+            known.push(attribute);
+        }
         let is_used = WIDTHS.concat().contains(&name)
             || UV.concat().contains(&name)
             || COLORS.contains(&name)
             || GROUPS.contains(&name)
             || name == GUIDE
+            || guides::BOUND.contains(&name)
             || own_parameter(name).is_some();
         if !is_used && reader.keeps {
             match Attribute::read(archive, property, open).map(|attribute| custom(&shape, &attribute)) {
@@ -116,14 +145,29 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     };
     let guides = named(&[GUIDE]).and_then(|guide| each(reader, place, &shape, guide, |row| guide.number(row, 0)));
     let mut guides: Option<Vec<bool>> = guides.map(|all| all.into_iter().map(|guide| guide != 0.0).collect());
+    let ids = named(&[guides::ID]);
+    let ids = ids.and_then(|ids| each(reader, place, &shape, ids, |row| ids.number(row, 0).map(|id| id as i64)));
+    let mut ids = ids.filter(|_| guides.is_some());
+    // Hair with motion of its own does not need that of its guides.
+    let bound = named(&guides::BOUND[..1]).filter(|_| samples <= 1);
+    let mut bound = bound.and_then(|all| {
+        let bound = Bound::new(&shape, all, named(&guides::BOUND[1..]));
+        reader.note(place, bound.is_none().then(|| misfit(&shape, all)));
+        bound
+    });
     let mut groups = groups(reader, place, &shape, named(&GROUPS[..1]), named(&GROUPS[1..]));
+    let mut is_complete = true;
     if let Some(broken) = all.remove_broken() {
-        fn keep<T>(all: &mut Vec<T>, broken: &[usize]) {
+        let is_whole = |strand: usize| broken.strands.binary_search(&strand).is_err();
+        fn keep<T>(all: &mut Vec<T>, is_whole: impl Fn(usize) -> bool) {
             let mut strand = 0..;
-            all.retain(|_| strand.next().is_some_and(|strand| broken.binary_search(&strand).is_err()));
+            all.retain(|_| strand.next().is_some_and(&is_whole));
         }
-        guides.iter_mut().for_each(|guides| keep(guides, &broken.strands));
-        groups.iter_mut().for_each(|(groups, _)| keep(groups, &broken.strands));
+        guides.iter_mut().for_each(|guides| keep(guides, is_whole));
+        ids.iter_mut().for_each(|ids| keep(ids, is_whole));
+        groups.iter_mut().for_each(|(groups, _)| keep(groups, is_whole));
+        bound = bound.map(|bound| bound.select(is_whole));
+        is_complete = false;
         // Their rows do not fit any more.
         kept.retain(|custom: &Custom| custom.per == Per::Set);
         reader.warnings.push(Warning::Broken { strands: place.path.clone(), broken });
@@ -131,7 +175,7 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
     all.validate().map_err(|error| Skipped::part(error.to_string()))?;
     let is_guide = |strand: usize| guides.as_ref().is_some_and(|guides| guides[strand]);
     let mut custom = Vec::new();
-    let (mut hair, mut guide) = (Vec::new(), Vec::new());
+    let mut hair = Vec::new();
     let names = groups.as_ref().map_or(&[][..], |(_, names)| names);
     for group in 0..names.len().max(1) {
         let is_own = |strand: usize| groups.as_ref().is_none_or(|(of, _)| of[strand] == group) && !is_guide(strand);
@@ -141,10 +185,29 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
         }
         let name = names.get(group).map_or(all.name.clone(), |name| format!("{}/{name}", place.path));
         custom.extend(kept.iter().map(|custom| Custom { strands: hair.len(), ..selected(custom, &all, is_own) }));
-        hair.push(Strands { name, ..own });
+        hair.push((Strands { name, ..own }, bound.as_ref().map(|bound| bound.select(is_own))));
     }
-    guide.extend(Some(all.select(|strand| is_guide(strand).then_some(1.0))).filter(|strands| !strands.is_empty()));
-    Ok(Found { hair, custom, guides: guide })
+    let strands = all.select(|strand| is_guide(strand).then_some(1.0));
+    if strands.is_empty() {
+        return Ok(Found { hair, custom, guides: None });
+    }
+    let numbers = |strand: &usize| ids.as_ref().map_or(*strand as i64, |ids| ids[*strand]);
+    let own: Vec<usize> = (0..all.len()).filter(|strand| is_guide(*strand)).collect();
+    // Guides that are broken at one time have no motion.
+    let first = if is_complete && samples > 1 {
+        let first = Curves::read(archive, object, f64::NEG_INFINITY)?;
+        Some(first.positions).filter(|first| first.len() == curves.positions.len())
+    } else {
+        None
+    };
+    let rest = first.and_then(|first| shape.points(&first)).map(|(_, first)| {
+        let of = |points: Vec<Vec3>| {
+            own.iter().flat_map(|&i| points[all.starts[i] as usize..all.starts[i + 1] as usize].to_vec()).collect()
+        };
+        [of(place.open(&first)), of(place.close(&first))]
+    });
+    let guides = Guides { strands, ids: own.iter().map(numbers).collect(), rest };
+    Ok(Found { hair, custom, guides: Some((guides, ids.is_some())) })
 }
 
 /// An attribute for conversions. `None` if it does not fit the strands.

@@ -40,6 +40,11 @@ fn warnings(opened: &Opened) -> Vec<String> {
 /// Three linear strands of two points along y at x = 0, 1 and 2, with a width of 0.2, and more properties.
 fn curves(name: &str, attributes: Vec<Prop>, more: Vec<Prop>) -> Obj {
     let points: Vec<f32> = (0..3).flat_map(|x| [x as f32, 0.0, 0.0, x as f32, 1.0, 0.0]).collect();
+    curves_with(name, attributes, more, Prop::array("P", F32, 3, f32s(&points)))
+}
+
+/// The same with other points.
+fn curves_with(name: &str, attributes: Vec<Prop>, more: Vec<Prop>, points: Prop) -> Obj {
     let mut own = vec![
         Prop::array("nVertices", I32, 1, i32s(&[2, 2, 2])),
         Prop::scalar("curveBasisAndType", U8, 4, vec![1, 0, 0, 0]),
@@ -47,7 +52,7 @@ fn curves(name: &str, attributes: Vec<Prop>, more: Vec<Prop>) -> Obj {
         Prop::compound(".arbGeomParams", attributes),
     ];
     own.extend(more);
-    own.push(Prop::array("P", F32, 3, f32s(&points)));
+    own.push(points);
     Obj::new(name, "AbcGeom_Curve_v2", vec![Prop::compound(".geom", own)], vec![])
 }
 
@@ -162,6 +167,76 @@ fn frames_and_shutters_choose_the_time() {
     let blurred = scene(Some(10.0), Some([0.25, 0.75]));
     near(blurred.points[0].truncate(), 1.0);
     near(blurred.moved.unwrap()[0], 3.0);
+}
+
+/// Velocities are per second. They count where samples do not: if there is one, or if the curves change.
+#[test]
+fn velocities_move_curves() {
+    let velocities = |x: f32| Prop::array(".velocities", F32, 3, f32s(&[[x, 0.0, 0.0]; 6].concat()));
+    let read = |more: Vec<Prop>, frame: f64| {
+        let options = Options { frame: Some(frame), shutter: Some([-0.5, 0.5]), ..Options::default() };
+        open_all(vec![curves("fox", vec![], more)], &options).unwrap().scene.strands[0].clone()
+    };
+    let near = |a: f32, x: f32| assert!((a - x).abs() < 1e-5, "{a}, not {x}");
+    // A tenth of a second is a frame.
+    let one = read(vec![velocities(2.0)], 10.0);
+    near(one.points[0].x, -0.1);
+    near(one.moved.unwrap()[0].x, 0.1);
+    assert_eq!(read(vec![], 10.0).moved, None);
+    // Of curves with samples, the samples count.
+    let points = |x: f32| f32s(&(0..6).flat_map(|i| [x + i as f32, 0.0, 0.0]).collect::<Vec<_>>());
+    let sampled = Prop::array("P", F32, 3, vec![]).samples(vec![points(0.0), points(4.0)]);
+    let both = open_all(
+        vec![curves_with("fox", vec![], vec![velocities(2.0)], sampled)],
+        &Options { frame: Some(10.0), shutter: Some([0.0, 1.0]), ..Options::default() },
+    );
+    let both = both.unwrap().scene.strands[0].clone();
+    near(both.points[0].x, 0.0);
+    near(both.moved.unwrap()[0].x, 4.0);
+}
+
+/// Hair without motion follows the guides that it names, as they moved since the first sample.
+#[test]
+fn hair_follows_its_guides() {
+    // Guides whose tips move by 1, 2 and 3 along z, in a transform that scales by 2.
+    let points = |z: f32| {
+        let strand = |x: f32| [x, 0.0, 0.0, x, 1.0, z * (x + 1.0)];
+        f32s(&(0..3).flat_map(|x| strand(x as f32)).collect::<Vec<_>>())
+    };
+    let guide = vec![Prop::scalar("groom_guide", I8, 1, vec![1]), Prop::array("groom_id", I32, 1, i32s(&[5, 6, 7]))];
+    let moving = Prop::array("P", F32, 3, vec![]).samples(vec![points(0.0), points(1.0)]);
+    let twice = f64s(&[2.0, 2.0, 2.0]);
+    let guides =
+        |guide| xform("x", vec![0x00], vec![twice.clone()], vec![curves_with("guides", guide, vec![], moving.clone())]);
+    let bound = || {
+        vec![
+            Prop::array("groom_closest_guides", I32, 3, i32s(&[5, 0, 0, 5, 7, 0, 99, 0, 0])),
+            Prop::array("groom_guide_weights", F32, 3, f32s(&[1.0, 0.0, 0.0, 0.5, 1.5, 0.0, 1.0, 0.0, 0.0])),
+        ]
+    };
+    let read = |guide, frame: f64, shutter| {
+        let options = Options { frame: Some(frame), shutter, ..Options::default() };
+        open_all(vec![guides(guide), curves("fox", bound(), vec![])], &options).unwrap()
+    };
+    let still = read(guide.clone(), 10.0, None);
+    assert_eq!(roots(&still.scene.strands[0]), [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+    let tips = |strands: &Strands| [1, 3, 5].map(|i| strands.points[i].z);
+    assert_eq!(tips(&still.scene.strands[0]), [0.0; 3]);
+    let later = read(guide.clone(), 11.0, None);
+    let near = |found: [f32; 3], expected: [f32; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}, not {expected:?}");
+    };
+    near(tips(&later.scene.strands[0]), [2.0, 0.25 * 2.0 + 0.75 * 6.0, 0.0]);
+    assert_eq!(roots(&later.scene.strands[0]), roots(&still.scene.strands[0]));
+    let text = warnings(&later).join("\n");
+    assert!(text.contains("/fox: 1 of its strands do not move: the file does not have their guides"), "{text}");
+    assert!(!text.contains("not used"), "{text}");
+    let blurred = read(guide, 10.0, Some([0.0, 0.5])).scene.strands[0].clone();
+    near(tips(&blurred), [0.0; 3]);
+    near([1, 3, 5].map(|i| blurred.moved.as_ref().unwrap()[i].z), [1.0, 2.5, 0.0]);
+    // Without numbers, guides are counted: no strand has guides 5 to 7, and the third weights of two are 0.
+    let counted = read(vec![Prop::scalar("groom_guide", I8, 1, vec![1])], 11.0, None);
+    near(tips(&counted.scene.strands[0]), [0.0; 3]);
 }
 
 /// A square seen from +z, whose corners are clockwise as in Alembic, becomes counterclockwise, also in a mirror.

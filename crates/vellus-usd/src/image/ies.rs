@@ -101,6 +101,10 @@ impl Table {
         let total = rows.checked_mul(columns).filter(|total| *total <= text.len());
         let mut candela = list(total.ok_or("broken profile: numbers are missing")?)?;
         candela.iter_mut().for_each(|x| *x = (*x * multiplier * ballast * lamp).max(0.0));
+        // Intensities that pixels can have, and means that their inverse has.
+        if candela.iter().any(|x| *x > 1e30) {
+            return Err("broken profile: an intensity is above 1e30 cd".into());
+        }
         Ok(Table { down, around, candela })
     }
 

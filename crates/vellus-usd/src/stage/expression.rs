@@ -61,20 +61,30 @@ impl Expression {
 
 impl Pattern {
     fn has(&self, names: &[&str]) -> bool {
-        wild(&self.0, names, |part| *part == Part::Any, |part, name| match part {
-            Part::Name(glob) => {
-                let chars: Vec<char> = name.chars().collect();
-                wild(glob, &chars, |glob| *glob == Glob::Many, |glob, c| match glob {
-                    Glob::Char(own) => own == c,
-                    Glob::One => true,
-                    Glob::Class(other, ranges) => {
-                        *other != ranges.iter().any(|(first, last)| (*first..=*last).contains(c))
-                    }
-                    Glob::Many => unreachable!(),
-                })
-            }
-            Part::Any => unreachable!(),
-        })
+        wild(
+            &self.0,
+            names,
+            |part| *part == Part::Any,
+            |part, name| match part {
+                Part::Name(glob) => {
+                    let chars: Vec<char> = name.chars().collect();
+                    wild(
+                        glob,
+                        &chars,
+                        |glob| *glob == Glob::Many,
+                        |glob, c| match glob {
+                            Glob::Char(own) => own == c,
+                            Glob::One => true,
+                            Glob::Class(other, ranges) => {
+                                *other != ranges.iter().any(|(first, last)| (*first..=*last).contains(c))
+                            }
+                            Glob::Many => unreachable!(),
+                        },
+                    )
+                }
+                Part::Any => unreachable!(),
+            },
+        )
     }
 }
 
@@ -301,7 +311,8 @@ fn globs(name: &str) -> Vec<Glob> {
                 let is_other = class.first() == Some(&'!');
                 let (mut ranges, mut rest) = (Vec::new(), &class[usize::from(is_other)..]);
                 while let [first, after @ ..] = rest {
-                    let (last, after) = if let ['-', last, after @ ..] = after { (last, after) } else { (first, after) };
+                    let (last, after) =
+                        if let ['-', last, after @ ..] = after { (last, after) } else { (first, after) };
                     ranges.push((*first, *last));
                     rest = after;
                 }
@@ -339,9 +350,8 @@ mod tests {
         }
     }
 
-    const PRIMS: [&str; 10] = [
-        "/", "/W", "/W/N", "/W/N/S1", "/W/N/S2", "/W/N/Sx", "/W/N/K", "/W/N/K/S1", "/W/N/K/é", "/T",
-    ];
+    const PRIMS: [&str; 10] =
+        ["/", "/W", "/W/N", "/W/N/S1", "/W/N/S2", "/W/N/Sx", "/W/N/K", "/W/N/K/S1", "/W/N/K/é", "/T"];
 
     /// The prims are those that OpenUSD 26.11 finds.
     #[test]
