@@ -143,6 +143,22 @@ impl Archive {
         &self.times[series.time_sampling as usize]
     }
 
+    /// The times of the first and of the last sample of what changes, in seconds. `None` if nothing does.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let mut next: Vec<&Property> = self.objects.iter().flat_map(|object| &object.properties).collect();
+        let mut range: Option<[f64; 2]> = None;
+        while let Some(property) = next.pop() {
+            next.extend(property.children());
+            // The first sampling is for what has no time.
+            let moving = property.series().filter(|series| !series.is_constant() && series.time_sampling > 0);
+            if let Some(series) = moving {
+                let [first, last] = [0, series.samples.saturating_sub(1)].map(|sample| self.times(series).time(sample));
+                range = Some(range.map_or([first, last], |[from, to]| [from.min(first), to.max(last)]));
+            }
+        }
+        range
+    }
+
     /// The names of an object and of its parents, as `/fox/coat`. That of the root is `/`.
     pub fn path(&self, object: usize) -> String {
         let mut names = Vec::new();

@@ -120,6 +120,7 @@ fn scene() -> Memory {
 fn schemas_are_read_as_they_were_written() {
     let archive = read(scene());
     assert_eq!(archive.metadata.get("_ai_Application"), Some("tests"));
+    assert_eq!(archive.range(), Some([0.5, 1.0]));
     let object = |path| &archive.objects[archive.find(path).unwrap_or_else(|| panic!("{path}"))];
     let coat = object("/fox/coat");
     for (time, shift) in [(0.5, 0.0), (0.75, 1.0), (1.0, 1.0)] {

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use vellus_groom::Interpolation;
 use vellus_open::{Flavor, Options, Writing};
 use vellus_scene::Strands;
+use vellus_usd::Shot;
 
 /// The number of strands that `interpolate` makes of one, if nothing says it.
 const DENSER: f32 = 10.0;
@@ -24,7 +25,7 @@ pub enum Program {
 /// The subcommands.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Describe strands: counts, bounds, units, widths, lengths and memory.
+    /// Describe strands: counts, bounds, units, widths, lengths, memory, and the frames of an animation.
     Info {
         #[command(flatten)]
         input: Input,
@@ -62,7 +63,12 @@ pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Info { input } => {
             let opened = input.open_to_measure()?;
-            output::write(None, vellus_groom::describe(&opened.scene, opened.header.as_ref()).as_bytes())
+            let mut text = vellus_groom::describe(&opened.scene, opened.header.as_ref());
+            if let Some(Shot { range: Some([first, last]), frames_per_second, .. }) = opened.shot {
+                let [first, last, rate] = [first, last, frames_per_second].map(|x| (x * 1e3).round() / 1e3);
+                text = format!("time      frames {first} to {last}, {rate} a second\n{text}");
+            }
+            output::write(None, text.as_bytes())
         }
         Command::Convert { input, output, pieces, program } => convert(input, output, usize::from(*pieces), *program),
         Command::Interpolate { input, output, interpolation } => interpolate(input, output, *interpolation),

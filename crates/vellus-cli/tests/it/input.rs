@@ -64,6 +64,33 @@ fn what_a_hair_file_cannot_hold_is_named() {
     assert!(said.contains("warning: lock.hair does not have the fibre hair, "), "{said}");
 }
 
+/// An animation has a range of frames and a rate, in files of both formats.
+#[test]
+fn animations_are_described() {
+    let folder = tempfile::tempdir().unwrap();
+    let strands = "(
+    startTimeCode = 3
+    endTimeCode = 12.5
+    timeCodesPerSecond = 30
+)
+def BasisCurves \"fox\" {
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2]
+    point3f[] points = [(0, 0, 0), (0, 1, 0)]
+    float[] widths = [0.1] ( interpolation = \"constant\" )
+}
+";
+    std::fs::write(folder.path().join("a.usda"), format!("#usda 1.0\n{strands}")).unwrap();
+    let said = |path| {
+        let output = vellus(folder.path(), &["groom", "info", path]);
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(said("a.usda").starts_with("time      frames 3 to 12.5, 30 a second\nunits"), "{}", said("a.usda"));
+    // What does not move has no frames.
+    run(folder.path(), &["groom", "convert", "a.usda", "-o", "a.abc"]);
+    assert!(said("a.abc").starts_with("units"), "{}", said("a.abc"));
+}
+
 /// Devices have no end.
 #[cfg(unix)]
 #[test]

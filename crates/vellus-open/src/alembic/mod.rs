@@ -185,7 +185,8 @@ fn read(path: &Path, archive: &Archive, options: &Options, missing: Option<f32>)
     }
     let frame = options.frame.or(start.map(|start| start * frames_per_second));
     let focal_length = focal_length.filter(|_| scene.camera.is_some());
-    let shot = Some(Shot { frame, frames_per_second, focal_length });
+    let range = archive.range().map(|range| range.map(|time| time * frames_per_second));
+    let shot = Some(Shot { frame, frames_per_second, focal_length, range });
     Ok(Opened { scene, warnings: reader.warnings, shot, ..Opened::default() })
 }
 

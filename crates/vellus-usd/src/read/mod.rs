@@ -112,6 +112,7 @@ fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Readin
         // A wrong rate is an error only where velocities need it.
         frames_per_second: stage.time_codes_per_second().unwrap_or(24.0),
         focal_length: reader.focal_length.filter(|_| reader.scene.camera.is_some()),
+        range: stage.range(),
     };
     let Reader { scene, warnings, networks, .. } = reader;
     let warnings = warnings.into_vec();

@@ -57,6 +57,8 @@ pub struct Shot {
     pub frames_per_second: f64,
     /// The focal length in scene units. `None` without a camera.
     pub focal_length: Option<f64>,
+    /// The first and the last frame of the animation, as the file says them. `None` if it has none.
+    pub range: Option<[f64; 2]>,
 }
 
 /// The result of [`read`](crate::read()).

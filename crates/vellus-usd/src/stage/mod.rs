@@ -225,6 +225,13 @@ impl Stage {
         self.clock.set(Clock { frame, open: frame + open, close: frame + close });
     }
 
+    /// The first and the last time code of the animation. `None` if the stage does not say them.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let stage = &self.stage;
+        let range = || [stage.start_time_code(), stage.end_time_code()];
+        guarded(|| Ok(stage.has_authored_time_code_range().then(range))).unwrap_or_default()
+    }
+
     /// Time codes per second. Velocities are per second.
     pub fn time_codes_per_second(&self) -> Result<f64, Invalid> {
         let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;
