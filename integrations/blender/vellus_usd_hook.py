@@ -46,6 +46,7 @@ SOCKETS = {
     "layers": "Cuticle Layers",
     "beta_m": "Roughness Along",
     "beta_n": "Roughness Around",
+    "wet": "Wetness",
 }
 USE_COLOR = "Use Color"
 

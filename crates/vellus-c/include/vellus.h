@@ -122,6 +122,8 @@ typedef struct VellusParameters {
   float g;
   // Layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
   float layers;
+  // Share of water around the fibre, in [0, 1]. Colours are those of dry fur.
+  float wet;
   // sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
   float medulla_pigment;
   // A VellusExit.

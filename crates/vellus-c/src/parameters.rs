@@ -41,6 +41,8 @@ pub struct VellusParameters {
     pub g: f32,
     /// Layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
     pub layers: f32,
+    /// Share of water around the fibre, in [0, 1]. Colours are those of dry fur.
+    pub wet: f32,
     /// sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
     pub medulla_pigment: f32,
     /// A VellusExit.
@@ -49,7 +51,7 @@ pub struct VellusParameters {
 
 impl VellusParameters {
     pub(crate) fn new(fiber: &Fiber) -> Self {
-        let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, .. } = *fiber;
+        let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, wet, .. } = *fiber;
         let exit = match fiber.exit {
             Exit::Open => VellusExit::Open,
             Exit::Reflecting => VellusExit::Reflecting,
@@ -66,6 +68,7 @@ impl VellusParameters {
             sigma_ma,
             g,
             layers,
+            wet,
             medulla_pigment,
             exit,
         }
@@ -73,7 +76,9 @@ impl VellusParameters {
 
     /// The fibre. Only `exit` is checked.
     pub(crate) fn fiber(&self) -> Result<Fiber, Failure> {
-        let VellusParameters { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, .. } = *self;
+        let VellusParameters {
+            eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, wet, ..
+        } = *self;
         let exits = [(VellusExit::Open, Exit::Open), (VellusExit::Reflecting, Exit::Reflecting)];
         let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
@@ -89,6 +94,7 @@ impl VellusParameters {
             sigma_ma,
             g,
             layers,
+            wet,
             exit,
             medulla_pigment,
             reflectance,
@@ -201,7 +207,7 @@ mod tests {
     #[test]
     fn parameters_there_and_back_are_the_same() {
         for fiber in Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]) {
-            let fiber = Fiber { medulla_pigment: 0.7, sigma_ma: [0.1, 0.2, 0.3], ..fiber };
+            let fiber = Fiber { medulla_pigment: 0.7, wet: 0.4, sigma_ma: [0.1, 0.2, 0.3], ..fiber };
             assert_eq!(VellusParameters::new(&fiber).fiber().unwrap(), fiber);
         }
         let wrong = VellusParameters { exit: 2, ..VellusParameters::new(&Fiber::hair()) };

@@ -33,6 +33,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         layers: 0.5,
         exit: Exit::Open,
         medulla_pigment: 0.3,
+        wet: 0.0,
         reflectance: None,
     };
     let methods: [(Method, &str); 3] = [

@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 38] = [
+pub const PICTURE_OPTIONS: [&str; 39] = [
     "--small",
     "--fiber",
     "--set",
@@ -42,6 +42,7 @@ pub const PICTURE_OPTIONS: [&str; 38] = [
     "--ramp",
     "--belly",
     "--mix",
+    "--wet",
     "--layers",
     "--denoise",
     "--float",

@@ -56,6 +56,7 @@ mod research;
 mod roots;
 mod scenes;
 mod settings;
+mod soak;
 mod tfx;
 mod thin;
 
@@ -78,5 +79,6 @@ pub use research::read_research;
 pub use roots::Site;
 pub use scenes::{SCENES, published_scene, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};
+pub use soak::soak;
 pub use tfx::read_tfx;
 pub use thin::thin;

@@ -50,6 +50,7 @@ impl Chiang2016 {
     /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
+        let fiber = &fiber.in_air();
         let (alpha, beta) = (fiber.alpha, fiber.beta_m);
         let four = |r: f32, tt: f32, trt: f32| [r, tt, trt, trt, trt, trt, trt, trt];
         let uniform = std::array::from_fn(|i| i >= 3);

@@ -44,6 +44,7 @@ impl KajiyaKay1989 {
     /// # Errors
     /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
+        let fiber = &fiber.in_air();
         let [diffuse, specular] = albedos(fiber)?;
         let exponent = f64::from(fiber.beta_m).powi(-2);
         // ∫ cosⁿ(θᵢ + θ_o) cos θᵢ dθᵢ by the midpoint rule, within ten standard deviations.

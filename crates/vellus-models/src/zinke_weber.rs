@@ -39,6 +39,7 @@ impl ZinkeWeber2007 {
     /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
+        let fiber = &fiber.in_air();
         let four = |x: [f32; 4]| std::array::from_fn(|i| x[i.min(3)]);
         Ok(ZinkeWeber2007 {
             eta: fiber.eta,

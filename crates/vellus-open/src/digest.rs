@@ -35,6 +35,10 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         true => builder,
         false => builder.field("markings", format!("{:?}", options.markings)),
     };
+    let builder = match options.wet == 0.0 {
+        true => builder,
+        false => builder.field("wet", options.wet.to_le_bytes()),
+    };
     let builder = match options.interpolation == Interpolation::default() {
         true => builder,
         false => builder.field("interpolation", format!("{:?}", options.interpolation)),
@@ -75,12 +79,13 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
         sigma_ma,
         g,
         layers,
+        wet,
         exit,
         medulla_pigment,
         reflectance,
     } = *fiber;
     let [scalars, colors] = [
-        &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, medulla_pigment][..],
+        &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, wet, medulla_pigment][..],
         &[sigma_ca, sigma_ma].concat(),
     ]
     .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());

@@ -43,7 +43,7 @@ pub use staging::{Backdrop, Lighting, Staging};
 pub use write::{Flavor, Writing, dropped, write};
 
 use std::path::Path;
-use vellus::Fiber;
+use vellus::{Fiber, Parameter};
 use vellus_groom::{HairHeader, Interpolation};
 use vellus_io::Sources;
 use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
@@ -61,6 +61,9 @@ pub struct Options {
     pub recolor: Option<Recolor>,
     /// Colours along strands, between strands and of the belly.
     pub markings: Markings,
+    /// How wet the coat is, in [0, 1]: its fibres ([`Fiber::wet`]), and its strands, which stick together
+    /// ([`vellus_groom::soak`]). 0 changes nothing.
+    pub wet: f32,
     /// What the reflectances of the scene mean.
     pub reflectance_of: ReflectanceOf,
     /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
@@ -236,6 +239,9 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
     if !options.markings.is_empty() {
         options.markings.apply(&mut opened.scene);
     }
+    if options.wet > 0.0 {
+        soak(scene, options, &mut opened.scene)?;
+    }
     let is_recolored = options.recolor.as_ref().is_some_and(Recolor::changes_color) || !options.markings.is_empty();
     if is_recolored && matches!(Format::of(scene)?, Format::BuiltIn(_)) {
         // Its exposure suits the coat that was replaced, and its skin has the pattern of that coat.
@@ -298,6 +304,22 @@ fn open_dense(path: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         *strands = denser.map_err(|source| Error::Interpolation { strands: strands.name.clone(), source })?;
     }
     Ok(opened)
+}
+
+/// Makes all coats of a scene wet. Its strands are those of [`open_dense`].
+fn soak(path: &Path, options: &Options, scene: &mut Scene) -> Result<(), Error> {
+    let first = || open_dense(path, &Options { frame: None, ..options.clone() }, Some(0.0));
+    let rest = options.frame.map(|_| first()).transpose()?.map(|first| first.scene);
+    for strands in scene.all_strands_mut() {
+        let rest = rest.as_ref().and_then(|rest| rest.all_strands().find(|rest| rest.name == strands.name));
+        vellus_groom::soak(strands, rest, options.wet);
+        strands.varying.retain(|(parameter, _)| *parameter != Parameter::Wet);
+    }
+    for look in &mut scene.looks {
+        look.fiber.wet = options.wet;
+        look.textured.retain(|(parameter, _)| *parameter != Parameter::Wet);
+    }
+    Ok(())
 }
 
 fn has_no_width(strands: &Strands) -> bool {

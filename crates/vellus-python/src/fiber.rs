@@ -24,6 +24,7 @@ use vellus_open::{FiberFormat, FiberSource};
 /// - `sigma_ms`: scattering in the medulla per fibre radius, in [0, 1000].
 /// - `g`: anisotropy of that scattering, in [0, 0.95].
 /// - `layers`: layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
+/// - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
 /// - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
 /// - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 ///
@@ -188,6 +189,12 @@ impl Fiber {
         shortest(self.0.layers)
     }
 
+    /// Share of water around the fibre.
+    #[getter]
+    fn wet(&self) -> f64 {
+        shortest(self.0.wet)
+    }
+
     /// Absorption in the medulla over that in the cortex, for colours.
     #[getter]
     fn medulla_pigment(&self) -> f64 {
@@ -204,6 +211,11 @@ impl Fiber {
     #[pyo3(signature = (**parameters))]
     fn replace(&self, py: Python<'_>, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         built(py, self.0, parameters).map(Fiber)
+    }
+
+    /// The fibre in air that scatters light as this one does in its water: `wet` is then 0.
+    fn in_air(&self) -> Self {
+        Fiber(self.0.in_air())
     }
 
     /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.
@@ -313,9 +325,9 @@ impl Fiber {
 
     #[staticmethod]
     #[pyo3(signature = (state, exit, reflectance = None))]
-    fn _from_state(state: [f64; 15], exit: &str, reflectance: Option<[f32; 3]>) -> PyResult<Self> {
+    fn _from_state(state: [f64; 16], exit: &str, reflectance: Option<[f32; 3]>) -> PyResult<Self> {
         let state = state.map(|x| x as f32);
-        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] =
+        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, wet, medulla_pigment] =
             state;
         let fiber = vellus::Fiber {
             eta,
@@ -328,6 +340,7 @@ impl Fiber {
             sigma_ma: [x, y, z],
             g: anisotropy,
             layers,
+            wet,
             exit: exit.parse::<Exit>().map_err(value)?,
             medulla_pigment,
             reflectance,
@@ -368,10 +381,27 @@ impl Fiber {
     }
 
     /// All numbers, in the units of the crate.
-    fn state(&self) -> [f32; 15] {
+    fn state(&self) -> [f32; 16] {
         let f = &self.0;
         let ([r, g, b], [x, y, z]) = (f.sigma_ca, f.sigma_ma);
-        [f.kappa, f.eta, f.alpha, f.beta_m, f.beta_n, r, g, b, f.sigma_ms, x, y, z, f.g, f.layers, f.medulla_pigment]
+        [
+            f.kappa,
+            f.eta,
+            f.alpha,
+            f.beta_m,
+            f.beta_n,
+            r,
+            g,
+            b,
+            f.sigma_ms,
+            x,
+            y,
+            z,
+            f.g,
+            f.layers,
+            f.wet,
+            f.medulla_pigment,
+        ]
     }
 }
 

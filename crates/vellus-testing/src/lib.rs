@@ -42,6 +42,7 @@ pub fn full_fiber() -> Fiber {
         layers: 0.7,
         exit: Exit::default(),
         medulla_pigment: 0.3,
+        wet: 0.0,
         reflectance: None,
     }
 }
@@ -110,6 +111,7 @@ impl Uniform {
             layers: self.within(0.05, 3.0) as f32,
             exit: Exit::default(),
             medulla_pigment: 0.3,
+            wet: 0.0,
             reflectance: None,
         }
     }

@@ -33,7 +33,7 @@ pub fn longitudinal(request: &Request) -> Result<Value, String> {
     let (bcsdf, wo, window) = (request.bcsdf()?, request.wo()?, request.window()?);
     let samples = request.count("samples", 181, [8, 720])?;
     // At one azimuth in a standard deviation, the sum of a Gaussian has the relative error 2 exp(−2π²) = 5e-9.
-    let beta_n = f64::from(bcsdf.fiber().beta_n);
+    let beta_n = f64::from(bcsdf.fiber().in_air().beta_n);
     let azimuths = (TAU / beta_n).max(AZIMUTHS).ceil() as u32;
     let theta: Vec<f64> = (0..samples).map(|i| ((f64::from(i) + 0.5) / f64::from(samples) - 0.5) * 180.0).collect();
     let values: Vec<Lobes> = bcsdf.with_hit(wo, window, |hit| {

@@ -17,6 +17,7 @@ fn label(parameter: Parameter) -> &'static str {
         Parameter::SigmaMa => "Medulla absorption",
         Parameter::G => "Anisotropy",
         Parameter::Layers => "Cuticle layers",
+        Parameter::Wet => "Wetness",
         Parameter::MedullaPigment => "Medulla pigment",
         Parameter::Reflectance => "Coat colour",
         Parameter::Melanin => "Melanin",

@@ -66,7 +66,7 @@ fn specular(entry: &Entry, p: u8) -> Vec<[f64; 2]> {
 /// The answer to `section`.
 pub fn section(request: &Request) -> Result<Value, String> {
     let bcsdf = request.bcsdf()?;
-    let fiber = *bcsdf.fiber();
+    let fiber = bcsdf.fiber().in_air();
     let (theta, h) = (request.theta()?.to_radians(), request.h()?);
     let paths = request.count("paths", 6, [0, 64])?;
     let seed = request.count("seed", 1, [0, u32::MAX])?;

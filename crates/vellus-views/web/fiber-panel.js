@@ -17,7 +17,7 @@
 
 /** The groups after the colour, by the keys of the parameters. Parameters that no group names come last. */
 const PANEL_GROUPS = [
-  ["Gloss", ["beta_m", "beta_n"]],
+  ["Gloss", ["beta_m", "beta_n", "wet"]],
   ["Cuticle", ["eta", "layers", "alpha"]],
   ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment"]],
   ["Cortex", ["sigma_ca"]],

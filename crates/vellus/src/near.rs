@@ -64,7 +64,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     #[inline(always)]
     pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
         let zero = V::splat(0.0);
-        let fiber = &prepared.fiber;
+        let fiber = &prepared.in_air;
         let Polar { sin, cos } = Polar::new(wo);
         let path = Path::new(fiber, sin, cos, h);
         let mut paths = [0.0; 8];

@@ -14,7 +14,10 @@ use std::ops::Deref;
 /// Everything about a fibre that all its hits need.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared<'t> {
+    /// The fibre as it was given.
     pub fiber: Fiber,
+    /// [`Fiber::in_air`], whose parameters are those of the model.
+    pub in_air: Fiber,
     pub longitudinal: Longitudinal,
     pub azimuthal: Azimuthal,
     pub medulla: Medulla<'t>,
@@ -44,14 +47,16 @@ impl Deref for Owned {
 
 impl<'t> Prepared<'t> {
     /// The fibre must be valid.
-    pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
+    pub fn new(given: &Fiber, tables: &'t Tables) -> Self {
+        let fiber = &given.in_air();
         let medulla = Medulla::new(fiber, tables);
         let table = ExitTable::shipped;
         let cone = medulla.cone.as_ref().map(|(cone, _)| cone);
         let reflection = cone.map(|_| Reflection::new(fiber, table()));
         let turning = cone.zip(reflection.as_ref()).map(|(cone, r)| Turning::new(fiber, cone, r.stays, table()));
         Prepared {
-            fiber: *fiber,
+            fiber: *given,
+            in_air: *fiber,
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla,

@@ -75,8 +75,8 @@ public:
             set_exit(props, parameters);
             // A reflectance depends on the other parameters, so colours come last.
             const char *const names[] = { "eta", "kappa", "alpha", "beta_m", "beta_n", "sigma_ms", "sigma_ma", "g",
-                                          "layers", "medulla_pigment", "sigma_ca", "reflectance", "melanin",
-                                          "eumelanin", "pheomelanin", "hair_reflectance" };
+                                          "layers", "wet", "medulla_pigment", "sigma_ca", "reflectance",
+                                          "melanin", "eumelanin", "pheomelanin", "hair_reflectance" };
             for (const char *name : names)
                 set(props, name, parameters);
             check(vellus_fiber_from_parameters(&parameters, &fiber));

@@ -58,6 +58,9 @@ pub struct Input {
     /// A share of the strands, chosen at random, gets another colour: white:30%. May be repeated.
     #[arg(long, value_name = "COLOR:PERCENT")]
     mix: Vec<Mix>,
+    /// How wet the coat is: water around the fibres makes it darker, and strands lie down and stick together.
+    #[arg(long, value_name = "PERCENT", value_parser = parse::share)]
+    wet: Option<f32>,
     /// What a reflectance is: the colour that this groom shows (groom), or that of a dense coat of its fibres (dense).
     #[arg(long, value_name = "COAT", default_value = "groom", value_parser = ["groom", "dense"])]
     reflectance_of: String,
@@ -106,6 +109,7 @@ impl Input {
                 tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
                 mix: self.mix.clone(),
             },
+            wet: self.wet.unwrap_or(0.0),
             reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
             instances: staging.is_some(),
             staging,

@@ -12,7 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use shape::Shapes;
 use star::Star;
-use tree::Tree;
+pub(crate) use tree::Tree;
 use vellus_scene::{Strands, Values};
 
 /// The area of a cell counts as at most this multiple of the median, so that a guide alone does not get a heap.
@@ -94,7 +94,7 @@ pub fn interpolate(
 }
 
 /// The start of each curve, which is not always its first control point.
-fn roots(strands: &Strands) -> Vec<Vec3> {
+pub(crate) fn roots(strands: &Strands) -> Vec<Vec3> {
     let root = |points: &mut Vec<_>, i| {
         points.clear();
         course(strands.basis, strands.strand(i), 1, points);

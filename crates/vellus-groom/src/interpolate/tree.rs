@@ -6,7 +6,7 @@ use glam::Vec3;
 const MOST: usize = 4096;
 
 /// A balanced tree: the middle of a slice of `order` divides it, along the axis of its depth.
-pub(super) struct Tree<'a> {
+pub(crate) struct Tree<'a> {
     points: &'a [Vec3],
     order: Vec<u32>,
 }

@@ -42,6 +42,7 @@ impl DEon2011 {
     /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
+        let fiber = &fiber.in_air();
         Ok(DEon2011 { longitudinal: longitudinal(fiber), channels: Channels::new(fiber) })
     }
 

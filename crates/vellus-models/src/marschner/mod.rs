@@ -51,6 +51,7 @@ impl Marschner2003 {
     /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
+        let fiber = &fiber.in_air();
         let lanes = |of: [f32; 3]| f32x8::new(std::array::from_fn(|i| of[i.min(2)]));
         Ok(Marschner2003 {
             eta: fiber.eta.into(),

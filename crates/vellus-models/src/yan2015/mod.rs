@@ -132,6 +132,9 @@ impl Yan2015 {
 
     fn prepare(fiber: &Fiber, eta_m: f32, known: Option<&Arc<Escape>>) -> Result<Self, Error> {
         fiber.validate()?;
+        let (given, fiber) = (fiber, &fiber.in_air());
+        // Water is around the fibre, and not inside.
+        let eta_m = if given.wet > 0.0 { (eta_m * fiber.eta / given.eta).max(1.0) } else { eta_m };
         let range = Parameter::Eta.range();
         if !range.contains(eta_m) {
             return Err(Error::OutOfRange {
@@ -284,6 +287,7 @@ impl Model for Yan2015 {
     /// If η and l are the same too, this does not allocate. Otherwise it takes as long as [`Yan2015::new`], a fraction
     /// of a millisecond.
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        let fiber = &fiber.in_air();
         let same = self.fiber.eta == fiber.eta;
         let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };
         let published = self.published.map(|published| Published::new(published.profiles, fiber));

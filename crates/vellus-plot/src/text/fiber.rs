@@ -10,8 +10,9 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
 
 /// A table of the presets, and of the fibres of Yan17 Table 4. All are grey, so one channel is enough.
 pub fn presets() -> String {
-    // All presets have the same pigment in the medulla.
-    let is_shown = |p: &Parameter| p.default_value().is_some() && *p != Parameter::MedullaPigment;
+    // All presets are dry, and have the same pigment in the medulla.
+    let is_shown =
+        |p: &Parameter| p.default_value().is_some() && !matches!(p, Parameter::Wet | Parameter::MedullaPigment);
     let stored = || Parameter::ALL.into_iter().filter(is_shown);
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
     let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];

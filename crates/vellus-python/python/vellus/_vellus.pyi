@@ -47,6 +47,7 @@ class Fiber:
     - `sigma_ms`: scattering in the medulla per fibre radius, in [0, 1000].
     - `g`: anisotropy of that scattering, in [0, 0.95].
     - `layers`: layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
+    - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
     - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
     - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 
@@ -78,6 +79,7 @@ class Fiber:
         sigma_ma: _Color | None = None,
         g: SupportsFloat | None = None,
         layers: SupportsFloat | None = None,
+        wet: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,
@@ -117,6 +119,9 @@ class Fiber:
     def layers(self) -> float:
         """Layers of the cuticle."""
     @property
+    def wet(self) -> float:
+        """Share of water around the fibre."""
+    @property
     def medulla_pigment(self) -> float:
         """Absorption in the medulla over that in the cortex, for colours."""
     @property
@@ -135,6 +140,7 @@ class Fiber:
         sigma_ma: _Color | None = None,
         g: SupportsFloat | None = None,
         layers: SupportsFloat | None = None,
+        wet: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,
@@ -144,6 +150,8 @@ class Fiber:
         hair_reflectance: _Color | str | None = None,
     ) -> Fiber:
         """The same fibre with other parameters: the keyword arguments of `Fiber`."""
+    def in_air(self) -> Fiber:
+        """The fibre in air that scatters light as this one does in its water: `wet` is then 0."""
     def without_absorption(self) -> Fiber:
         """The same fibre without absorption in cortex and medulla: for white fur and furnace tests."""
     def coat_color(self) -> tuple[float, float, float]:
@@ -793,6 +801,7 @@ class Scene:
         ramp: str | None = None,
         belly: Iterable[SupportsFloat] | str | None = None,
         mix: Sequence[str] = ...,
+        wet: SupportsFloat = 0.0,
         shutter: _Pair | None = None,
     ) -> Scene:
         """Reads a scene.
@@ -805,9 +814,9 @@ class Scene:
         picture, for a camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows
         (`groom`) or that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over
         the share `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`.
-        `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when
-        the shutter of a USD file opens and closes, in frames relative to the frame; `(0, 0)` is no motion blur, and
-        `None` the shutter of the camera.
+        `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `wet`: how
+        wet the coat is, in [0, 1]. `shutter`: when the shutter of a USD file opens and closes, in frames relative to
+        the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
 
         Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
         file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`

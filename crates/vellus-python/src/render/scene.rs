@@ -109,9 +109,9 @@ impl Scene {
     /// picture, for a camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows
     /// (`groom`) or that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over
     /// the share `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`.
-    /// `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `shutter`: when
-    /// the shutter of a USD file opens and closes, in frames relative to the frame; `(0, 0)` is no motion blur, and
-    /// `None` the shutter of the camera.
+    /// `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `wet`: how
+    /// wet the coat is, in [0, 1]. `shutter`: when the shutter of a USD file opens and closes, in frames relative to
+    /// the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
     ///
     /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#rrggbb` or an image file), `view`
@@ -122,7 +122,7 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
-        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![],
+        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![], wet=0.0,
         shutter=None))]
     fn open(
         py: Python<'_>,
@@ -146,10 +146,12 @@ impl Scene {
         ramp: Option<String>,
         belly: Option<&Bound<'_, PyAny>>,
         mix: Vec<String>,
+        wet: f32,
         shutter: Option<[f64; 2]>,
     ) -> PyResult<Self> {
         positive("aspect", aspect.into(), 1e6)?;
         within("tips", f64::from(tips), 1e-3..=1.0)?;
+        within("wet", f64::from(wet), 0.0..=1.0)?;
         strands.map_or(Ok(()), |factor| positive("strands", factor.into(), 100.0))?;
         width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
@@ -185,6 +187,7 @@ impl Scene {
                     .map(|mix| mix.parse().map_err(|e| PyValueError::new_err(format!("mix = {e}"))))
                     .collect::<PyResult<_>>()?,
             },
+            wet,
             reflectance_of: parsed("reflectance_of", Some(reflectance_of.to_owned()))?.unwrap_or_default(),
             width,
             strands,

@@ -42,7 +42,7 @@ impl<'t> AsPrinted<'t> {
     /// As [`Exact::new`].
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
         // In the paper, all scattered light leaves.
-        let fiber = fiber.with_exit(Exit::Open);
+        let fiber = fiber.in_air().with_exit(Exit::Open);
         Ok(AsPrinted { fiber, exact: Exact::new(&fiber, tables)? })
     }
 

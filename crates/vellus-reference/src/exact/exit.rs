@@ -273,6 +273,7 @@ impl ExactExit {
         if fiber.exit == vellus::Exit::Open || fiber.kappa * fiber.sigma_ms == 0.0 {
             return Ok(None);
         }
+        let fiber = &fiber.in_air();
         let data = ExitData::from_bytes(vellus::parts::SHIPPED_EXITS)?;
         let [eta, kappa, layers, g] = [fiber.eta, fiber.kappa, fiber.layers, fiber.g].map(f64::from);
         let tau = f64::from(fiber.sigma_ms) * kappa;

@@ -65,6 +65,7 @@ impl<'t> Exact<'t> {
     /// tables contradict themselves, or the table of first exits is damaged.
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
         fiber.validate()?;
+        let fiber = &fiber.in_air();
         tables.validate()?;
         let rgb = |c: [f32; 3]| c.map(f64::from);
         Ok(Exact {

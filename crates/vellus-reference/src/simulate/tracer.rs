@@ -68,6 +68,7 @@ impl Surface {
 
     /// The surface whose reflection has the shift and widths of the lobe R.
     pub fn of(fiber: &Fiber) -> Self {
+        let fiber = &fiber.in_air();
         let half = |x: f32| 0.5 * f64::from(x);
         Surface { tilt: -half(fiber.alpha), along: half(fiber.beta_m), around: half(fiber.beta_n) }
     }
@@ -126,6 +127,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 impl Tracer {
     pub(crate) fn new(fiber: &Fiber, surface: Surface) -> Self {
+        let fiber = &fiber.in_air();
         Tracer {
             eta: fiber.eta.into(),
             layers: fiber.layers.into(),

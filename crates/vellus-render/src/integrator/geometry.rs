@@ -200,6 +200,9 @@ impl Geometry {
             };
             replace(*parameter, value);
         }
+        if matches!(self.reflectance, Reflectance::Fixed(_)) {
+            fiber.wet = 0.0;
+        }
         fiber
     }
 

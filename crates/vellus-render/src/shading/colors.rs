@@ -3,9 +3,9 @@
 use vellus::{CoatColors, Fiber, Parameter};
 use vellus_scene::{Look, Strands};
 
-/// The parameters that give a fibre its colour. The table of [`CoatColors`] does not depend on them.
-fn is_pigment(parameter: Parameter) -> bool {
-    parameter.is_color() || parameter == Parameter::SigmaMa
+/// The parameters on which the table of [`CoatColors`] does not depend: those that give a fibre its colour, and water.
+fn is_free(parameter: Parameter) -> bool {
+    parameter.is_color() || matches!(parameter, Parameter::SigmaMa | Parameter::Wet)
 }
 
 /// The table of colours of a set of strands with the same look, if a reflectance varies over them and nothing else does
@@ -14,7 +14,7 @@ pub(crate) fn table(strands: &Strands, look: &Look) -> Option<CoatColors> {
     let textured = look.textured.iter().map(|(parameter, _)| *parameter);
     let mut varying = textured.chain(strands.varying.iter().map(|(parameter, _)| *parameter));
     let needed = varying.clone().any(|parameter| parameter == Parameter::Reflectance);
-    (needed && varying.all(is_pigment)).then(|| CoatColors::new(&look.fiber).ok()).flatten()
+    (needed && varying.all(is_free)).then(|| CoatColors::new(&look.fiber).ok()).flatten()
 }
 
 /// Sets a parameter to the nearest value in its range. A `table` makes a reflectance a thousand times as fast.

@@ -172,10 +172,12 @@ fn measure(geometry: &mut Geometry, roots: &Roots, owners: &[BTreeSet<usize>]) -
 
     let tables: Vec<Option<CoatColors>> = looks.iter().map(|look| CoatColors::new(&look.fiber).ok()).collect();
     let mut seen: Vec<Seen> = Vec::new();
+    // A reflectance is the colour of dry fur.
+    geometry.looks.iter_mut().for_each(|look| look.fiber.wet = 0.0);
     for dense in DENSE {
         for (look, asked) in geometry.looks.iter_mut().zip(&looks) {
             if asked.fiber.reflectance.is_some() {
-                look.fiber = with_reflectance(asked, dense);
+                look.fiber = Fiber { wet: 0.0, ..with_reflectance(asked, dense) };
             }
         }
         geometry.reflectance = Reflectance::Fixed(dense);

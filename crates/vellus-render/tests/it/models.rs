@@ -23,6 +23,7 @@ fn fiber() -> Fiber {
         layers: 1.5,
         exit: vellus::Exit::default(),
         medulla_pigment: 0.3,
+        wet: 0.0,
         reflectance: None,
     }
 }

@@ -140,6 +140,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         exit: if dice.chance(0.5) { Exit::Open } else { Exit::Reflecting },
         layers: if dice.chance(0.5) { value(dice, 0.0, 20.0) } else { value(dice, 0.0, 2.0) },
         medulla_pigment: Fiber::hair().medulla_pigment,
+        wet: 0.0,
         reflectance: None,
     };
     if dice.chance(0.4) {

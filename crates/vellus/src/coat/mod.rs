@@ -57,13 +57,13 @@ fn node(i: usize) -> f32 {
 }
 
 impl CoatColors {
-    /// The table of a fibre. The absorption of the fibre does not matter.
+    /// The table of a fibre, dry. The absorption of the fibre does not matter.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for the first parameter out of range.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
-        let shape = Shape::new(fiber);
+        let shape = Shape::new(&Fiber { wet: 0.0, ..*fiber });
         let mut colors = [1.0; NODES];
         for first in (1..NODES).step_by(3) {
             let cortex = [0, 1, 2].map(|i| node(first + i));
@@ -124,7 +124,7 @@ impl Fiber {
     /// [`Error::OutOfRange`] for the first parameter out of range.
     pub fn coat_color(&self) -> Result<[f32; 3], Error> {
         self.validate()?;
-        Ok(Shape::new(self).moments(self.sigma_ca, self.sigma_ma).map(|moments| SHIPPED.color(&moments)))
+        Ok(Shape::new(&self.in_air()).moments(self.sigma_ca, self.sigma_ma).map(|moments| SHIPPED.color(&moments)))
     }
 
     /// The same fibre with pigment: absorption `sigma_ca` in the cortex, and [`Fiber::medulla_pigment`] times as much

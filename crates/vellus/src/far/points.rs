@@ -118,7 +118,7 @@ impl Query<'_, '_> {
     /// Traces paths at offsets h.
     #[inline(always)]
     fn paths(&self, h: f32x8) -> Path<f32x8> {
-        Path::new(&self.prepared.fiber, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
+        Path::new(&self.prepared.in_air, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
     }
 
     /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in its own lanes.

@@ -191,7 +191,7 @@ pub(crate) fn attenuation(
         Some(through) if entry.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
         _ => f32x8::ZERO,
     };
-    let a = path.attenuation(&prepared.fiber, mean_paths, entry);
+    let a = path.attenuation(&prepared.in_air, mean_paths, entry);
     let mut out = [[f32x8::ZERO; 4]; COMPONENTS];
     for p in 0..COMPONENTS {
         let [r, g, b, _] = a[p].array();
@@ -246,7 +246,7 @@ impl Half {
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
         let [sin, cos] = [polar.sin, polar.cos].map(splat);
-        let paths = nodes.gauss.map(|h| Path::new(&prepared.fiber, sin, cos, h));
+        let paths = nodes.gauss.map(|h| Path::new(&prepared.in_air, sin, cos, h));
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
         let mut energy = [f32x4::ZERO; COMPONENTS];

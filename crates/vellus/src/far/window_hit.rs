@@ -56,7 +56,7 @@ impl WindowState {
     /// Prepares large parts in place.
     #[inline(never)]
     pub fn prepare(&mut self, prepared: &Prepared) {
-        let fiber = &prepared.fiber;
+        let fiber = &prepared.in_air;
         let polar = Polar::new(self.wo);
         let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
         let through = prepared.medulla.exists().then(|| {

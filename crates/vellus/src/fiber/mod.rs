@@ -7,6 +7,7 @@ pub(crate) mod parameter;
 #[cfg(feature = "serde")]
 mod serde;
 pub(crate) mod species;
+mod wet;
 
 use crate::error::Error;
 use crate::fiber::color::Color;
@@ -60,6 +61,8 @@ pub struct Fiber {
     /// l, layers of the cuticle, in [0, 20]. 0.5 is nearly one ordinary dielectric interface, 1 is one slab, and 0
     /// does not reflect.
     pub layers: f32,
+    /// The share of water in what surrounds the fibre, in [0, 1]: [`Fiber::in_air`]. Colours are those of dry fur.
+    pub wet: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: Exit,
     /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
@@ -115,6 +118,7 @@ impl Fiber {
             sigma_ma: [0.0; 3],
             g: 0.0,
             layers: 0.5,
+            wet: 0.0,
             exit: Exit::default(),
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,

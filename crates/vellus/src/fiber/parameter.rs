@@ -42,6 +42,8 @@ pub enum Parameter {
     G,
     /// l, [`Fiber::layers`].
     Layers,
+    /// The share of water around the fibre, [`Fiber::wet`].
+    Wet,
     /// Absorption in the medulla over that in the cortex, for colours, [`Fiber::medulla_pigment`].
     MedullaPigment,
     /// Absorption from the colour of a coat, RGB ([`Color::Reflectance`]).
@@ -152,7 +154,7 @@ const fn row(
 /// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on all others.
 #[rustfmt::skip]
 #[doc(alias = "Table 1")]
-const TABLE: [Row; 14] = [
+const TABLE: [Row; 15] = [
     row((Parameter::Kappa, "kappa", "κ"), (Unit::One, [0.0, 0.99]), NUMBER,
         "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
     row((Parameter::Eta, "eta", "η"), (Unit::One, [1.0, 3.0]), NUMBER,
@@ -173,6 +175,8 @@ const TABLE: [Row; 14] = [
         "anisotropy of the scattering in the medulla (Henyey–Greenstein)"),
     row((Parameter::Layers, "layers", "l"), (Unit::One, [0.0, 20.0]), NUMBER,
         "layers of the cuticle; 0.5 is nearly one dielectric interface"),
+    row((Parameter::Wet, "wet", "wet"), (Unit::One, [0.0, 1.0]), NUMBER,
+        "share of water around the fibre; colours are those of dry fur"),
     row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment"), (Unit::One, [0.0, 10.0]), NUMBER,
         "sigma_ma over sigma_ca for a colour given as reflectance or melanin"),
     row((Parameter::Reflectance, "reflectance", "reflectance"), (Unit::One, [0.001, 0.999]), RGB,
@@ -186,10 +190,10 @@ const TABLE: [Row; 14] = [
 impl Parameter {
     /// All parameters: those that [`Fiber`] stores, in the order of Yan17 Table 4, then the other ways to give a
     /// colour. Several parameters can be set in this order, because [`Parameter::Reflectance`] depends on the others.
-    pub const ALL: [Parameter; 14] = {
-        let mut all = [Parameter::Kappa; 14];
+    pub const ALL: [Parameter; TABLE.len()] = {
+        let mut all = [Parameter::Kappa; TABLE.len()];
         let mut i = 0;
-        while i < 14 {
+        while i < TABLE.len() {
             all[i] = TABLE[i].parameter;
             i += 1;
         }
@@ -295,6 +299,7 @@ impl Parameter {
             Parameter::SigmaMa => fiber.sigma_ma,
             Parameter::G => [fiber.g; 3],
             Parameter::Layers => [fiber.layers; 3],
+            Parameter::Wet => [fiber.wet; 3],
             Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
             Parameter::Reflectance => return fiber.reflectance,
             Parameter::Melanin | Parameter::HairReflectance => return None,
@@ -306,8 +311,8 @@ impl Parameter {
     pub fn describes(self, fiber: &Fiber) -> bool {
         match self {
             Parameter::SigmaCa | Parameter::SigmaMa => fiber.reflectance.is_none(),
-            // The scattering does not depend on it, so it is written only if it was given.
-            Parameter::MedullaPigment => self.get(fiber) != self.default_value(),
+            // They are written only if they were given.
+            Parameter::Wet | Parameter::MedullaPigment => self.get(fiber) != self.default_value(),
             _ => self.get(fiber).is_some(),
         }
     }
@@ -344,6 +349,7 @@ impl Parameter {
             Parameter::SigmaMa => *fiber = Fiber { sigma_ma: value, reflectance: None, ..*fiber },
             Parameter::G => fiber.g = x,
             Parameter::Layers => fiber.layers = x,
+            Parameter::Wet => fiber.wet = x,
             Parameter::MedullaPigment => fiber.medulla_pigment = x,
             Parameter::Reflectance => *fiber = color(fiber, Color::Reflectance(value)),
             Parameter::Melanin => *fiber = color(fiber, Color::Melanin { eumelanin: x, pheomelanin: y }),

@@ -116,6 +116,7 @@ impl Species {
             sigma_ma: [sigma_ma; 3],
             g,
             layers,
+            wet: 0.0,
             exit: Exit::Open,
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,

@@ -13,7 +13,7 @@ pub const FIBER_ROWS: usize = 66;
 /// The order: the parameters (3 rows), the longitudinal lobes (6), the azimuthal lobes (3), refraction and cone (3),
 /// the exit (8 + 8 + 8), the weights of the components (10 + 4 + 8 + 4), and the turn of scattered light (1).
 pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
-    let Prepared { fiber, longitudinal, azimuthal, medulla, reflection, turning, .. } = bcsdf.prepared();
+    let Prepared { in_air: fiber, longitudinal, azimuthal, medulla, reflection, turning, .. } = bcsdf.prepared();
     let rgb = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
     let ([constant, cosine, sine], slope, straight) =
         turning.as_ref().map_or(([0.0; 3], 0.0, 0.0), |turning| (turning.parts, turning.slope, turning.straight));

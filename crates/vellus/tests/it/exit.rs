@@ -32,6 +32,7 @@ fn extreme_fiber(random: &mut Uniform) -> Fiber {
         layers: pick(0.0, 20.0, 1.0),
         exit: Exit::Reflecting,
         medulla_pigment: 0.3,
+        wet: 0.0,
         ..full_fiber()
     }
 }

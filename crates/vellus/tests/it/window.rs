@@ -351,6 +351,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         layers: 0.5829595,
         exit: vellus::Exit::Open,
         medulla_pigment: 0.3,
+        wet: 0.0,
         reflectance: None,
     };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -434,6 +435,7 @@ fn density_is_at_least_each_channel() {
         layers: 11.74841,
         exit: Exit::Reflecting,
         medulla_pigment: 0.3,
+        wet: 0.0,
         reflectance: None,
     };
     let mut random = Uniform(8);

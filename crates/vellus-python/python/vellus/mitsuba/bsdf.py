@@ -11,7 +11,7 @@ import vellus
 from . import properties
 from .frame import offset, split, to_fiber, to_mitsuba
 
-PARAMETERS = ("eta", "kappa", "alpha", "beta_m", "beta_n", "sigma_ca", "sigma_ms", "sigma_ma", "g", "layers")
+PARAMETERS = ("eta", "kappa", "alpha", "beta_m", "beta_n", "sigma_ca", "sigma_ms", "sigma_ma", "g", "layers", "wet")
 
 
 def numbers(*columns):

@@ -21,7 +21,7 @@ def for_variant(name):
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
-            fiber = properties.read(props)
+            fiber = properties.read(props).in_air()
             self.exit = fiber.exit
             for name in NUMBERS:
                 setattr(self, name, mi.Float(getattr(fiber, name)))

@@ -85,6 +85,7 @@ impl Case {
             layers: (20.0 * x[13].powi(3)) as f32,
             exit,
             medulla_pigment: 0.3,
+            wet: 0.0,
         };
         let theta_o = (179.98 * x[14] - 89.99).to_radians();
         let [a, b] = [x[15], x[16]];
