@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 39] = [
+pub const PICTURE_OPTIONS: [&str; 40] = [
     "--small",
     "--fiber",
     "--set",
@@ -43,6 +43,7 @@ pub const PICTURE_OPTIONS: [&str; 39] = [
     "--belly",
     "--mix",
     "--wet",
+    "--coat",
     "--layers",
     "--denoise",
     "--float",

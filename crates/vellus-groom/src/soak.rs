@@ -8,7 +8,8 @@ use vellus_scene::Strands;
 /// Strands in a clump that is all wet. Published pictures of wet fur have dozens.
 const CLUMP: f32 = 40.0;
 
-/// How much of its height above the skin a strand loses that is all wet.
+/// How much of its height above the skin a short strand loses that is all wet. One that is half as long as the body
+/// hangs, and loses none.
 const FLAT: f32 = 0.5;
 
 /// How far tips move to the middle of their clump if they are all wet.
@@ -32,11 +33,15 @@ pub fn soak(strands: &mut Strands, rest: Option<&Strands>, wet: f32) {
     }
     let middles = middles(rest.filter(|rest| rest.len() == strands.len()).unwrap_or(strands));
     let normals = root_normals(strands);
+    let roots = roots(strands);
+    let [low, high] = [roots.iter().copied().reduce(Vec3::min), roots.iter().copied().reduce(Vec3::max)];
+    let size = (high.unwrap_or_default() - low.unwrap_or_default()).max_element();
+    let flat = |points: &[Vec3]| FLAT * wet * (1.0 - 2.0 * length(points) / size.max(f32::MIN_POSITIVE)).max(0.0);
     let open: Vec<Vec3> = strands.points.iter().map(|point| point.truncate()).collect();
     let pose = |points: &[Vec3]| -> Vec<Vec3> {
         let range = |i: usize| strands.starts[i] as usize..strands.starts[i + 1] as usize;
-        let flat: Vec<Vec<Vec3>> =
-            (0..strands.len()).into_par_iter().map(|i| lie_down(&points[range(i)], normals[i], wet)).collect();
+        let low = |i: usize| lie_down(&points[range(i)], normals[i], flat(&points[range(i)]));
+        let flat: Vec<Vec<Vec3>> = (0..strands.len()).into_par_iter().map(low).collect();
         let gather = |i: usize| gathered(&flat[i], &flat[middles[i]], wet * own(i));
         (0..strands.len()).into_par_iter().flat_map_iter(gather).collect()
     };
@@ -61,29 +66,33 @@ fn own(i: usize) -> f32 {
     1.0 - 0.5 * ((i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32).powi(2)
 }
 
+fn length(points: &[Vec3]) -> f32 {
+    points.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+}
+
 /// A strand closer to its skin. Each segment turns toward the skin, and keeps its length.
-fn lie_down(points: &[Vec3], normal: Vec3, wet: f32) -> Vec<Vec3> {
+fn lie_down(points: &[Vec3], normal: Vec3, flat: f32) -> Vec<Vec3> {
     let mut at = points[0];
-    let mut flat = vec![at];
+    let mut low = vec![at];
     for pair in points.windows(2) {
         let segment = pair[1] - pair[0];
-        let low = segment - normal * (FLAT * wet * segment.dot(normal).max(0.0));
-        at += low.normalize_or_zero() * segment.length();
-        flat.push(at);
+        let turned = segment - normal * (flat * segment.dot(normal).max(0.0));
+        at += turned.normalize_or_zero() * segment.length();
+        low.push(at);
     }
-    flat
+    low
 }
 
 /// A strand that holds to another one. No point moves by more than half of the strand's length.
 fn gathered(points: &[Vec3], middle: &[Vec3], strength: f32) -> Vec<Vec3> {
-    let length: f32 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let most = 0.5 * length(points);
     let last = (points.len() - 1).max(1) as f32;
     let place = |(k, point): (usize, &Vec3)| {
         let share = k as f32 / last;
         let at = share * (middle.len() - 1) as f32;
         let (i, t) = (at as usize, at.fract());
         let toward = middle[i].lerp(middle[(i + 1).min(middle.len() - 1)], t) - *point;
-        *point + (GATHERED * strength * share.powf(POWER) * toward).clamp_length_max(0.5 * length * share)
+        *point + (GATHERED * strength * share.powf(POWER) * toward).clamp_length_max(most * share)
     };
     points.iter().enumerate().map(place).collect()
 }

@@ -31,9 +31,9 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         None => builder,
     };
     // Both print all of their fields.
-    let builder = match options.markings.is_empty() {
-        true => builder,
-        false => builder.field("markings", format!("{:?}", options.markings)),
+    let builder = match options.markings() {
+        markings if markings.is_empty() => builder,
+        markings => builder.field("markings", format!("{markings:?}")),
     };
     let builder = match options.wet == 0.0 {
         true => builder,
@@ -85,11 +85,12 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
         reflectance,
     } = *fiber;
     let [scalars, colors] = [
-        &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, wet, medulla_pigment][..],
+        &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, medulla_pigment][..],
         &[sigma_ca, sigma_ma].concat(),
     ]
     .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
     let builder = builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name());
+    let builder = if wet == 0.0 { builder } else { builder.field("water", wet.to_le_bytes()) };
     match reflectance {
         Some(color) => builder.field("reflectance", color.map(f32::to_le_bytes).concat()),
         None => builder,

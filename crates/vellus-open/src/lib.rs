@@ -19,6 +19,7 @@
 #![warn(clippy::print_stdout)]
 
 mod alembic;
+mod coats;
 mod color;
 mod digest;
 mod error;
@@ -43,7 +44,7 @@ pub use staging::{Backdrop, Lighting, Staging};
 pub use write::{Flavor, Writing, dropped, write};
 
 use std::path::Path;
-use vellus::{Fiber, Parameter};
+use vellus::{Fiber, Parameter, Species};
 use vellus_groom::{HairHeader, Interpolation};
 use vellus_io::Sources;
 use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
@@ -61,6 +62,8 @@ pub struct Options {
     pub recolor: Option<Recolor>,
     /// Colours along strands, between strands and of the belly.
     pub markings: Markings,
+    /// The coat of a species: its [`Markings::of`] where there are no others, and its fibre if there is no other.
+    pub coat: Option<Species>,
     /// How wet the coat is, in [0, 1]: its fibres ([`Fiber::wet`]), and its strands, which stick together
     /// ([`vellus_groom::soak`]). 0 changes nothing.
     pub wet: f32,
@@ -98,7 +101,13 @@ pub struct Options {
 impl Options {
     /// Name and fibre of strands whose file defines none.
     fn fiber(&self) -> (String, Fiber) {
-        self.fiber.clone().unwrap_or_else(|| (fiber::DEFAULT.name().to_owned(), Fiber::preset(fiber::DEFAULT)))
+        let species = self.coat.unwrap_or(fiber::DEFAULT);
+        self.fiber.clone().unwrap_or_else(|| (species.name().to_owned(), Fiber::preset(species)))
+    }
+
+    /// All markings.
+    fn markings(&self) -> Markings {
+        self.markings.clone().or(self.coat.map(Markings::of).unwrap_or_default())
     }
 }
 
@@ -236,13 +245,14 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         recolor.apply(&mut opened.scene)?;
     }
     opened.scene.reflectance = options.reflectance_of;
-    if !options.markings.is_empty() {
-        options.markings.apply(&mut opened.scene);
+    let markings = options.markings();
+    if !markings.is_empty() {
+        markings.apply(&mut opened.scene);
     }
     if options.wet > 0.0 {
         soak(scene, options, &mut opened.scene)?;
     }
-    let is_recolored = options.recolor.as_ref().is_some_and(Recolor::changes_color) || !options.markings.is_empty();
+    let is_recolored = options.recolor.as_ref().is_some_and(Recolor::changes_color) || !markings.is_empty();
     if is_recolored && matches!(Format::of(scene)?, Format::BuiltIn(_)) {
         // Its exposure suits the coat that was replaced, and its skin has the pattern of that coat.
         opened.is_metered = true;

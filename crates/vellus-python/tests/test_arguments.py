@@ -223,7 +223,7 @@ def scenes():
     kinds |= {"camera": "text", "frame": "callback", "stage": "flag", "aspect": "positive", "light": "choice"}
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
     kinds |= {"strict": "flag", "reflectance_of": "choice", "tip_color": "coat color", "tips": "share"}
-    kinds |= {"ramp": "choice", "belly": "coat color", "mix": "choices", "wet": "share"}
+    kinds |= {"ramp": "choice", "belly": "coat color", "mix": "choices", "coat": "choice", "wet": "share"}
     kinds |= {"shutter": "pair"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
     kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}

@@ -4,6 +4,7 @@ use crate::fiber_args::{FiberArgs, Overrides};
 use crate::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
+use vellus::Species;
 use vellus_io::parse;
 use vellus_open::{Error, Format, Markings, Mix, Opened, Options, Ramp, Staging, Tips, Warning};
 
@@ -43,6 +44,10 @@ pub struct Input {
     /// parameters.
     #[arg(long = "override")]
     replace: bool,
+    /// The coat of a species, such as red-fox: typical colours from root to tip, of the belly and of single hairs, and
+    /// its fibre in place of the default of --fiber. --ramp, --belly and --mix replace its parts.
+    #[arg(long, value_name = "SPECIES")]
+    coat: Option<Species>,
     /// Colour of the tips of all strands: a name, #rrggbb, or R,G,B.
     #[arg(long, value_name = "COLOR", value_parser = reflectance)]
     tip_color: Option<Reflectance>,
@@ -109,6 +114,7 @@ impl Input {
                 tips: self.tip_color.map(|color| Tips { color: color.0, share: self.tips.unwrap_or(Tips::SHARE) }),
                 mix: self.mix.clone(),
             },
+            coat: self.coat,
             wet: self.wet.unwrap_or(0.0),
             reflectance_of: self.reflectance_of.parse().map_err(|error: String| anyhow!(error))?,
             instances: staging.is_some(),

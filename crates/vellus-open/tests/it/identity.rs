@@ -48,6 +48,7 @@ fn every_option_changes_the_identity() {
         Options { reflectance_of: ReflectanceOf::Dense, ..new() },
         marked(Markings { tips: Some(Tips { color: [0.1; 3], share: 0.3 }), ..Markings::default() }),
         Options { wet: 0.5, ..new() },
+        Options { coat: Some(Species::Deer), ..new() },
         marked(Markings { belly: Some([0.1; 3]), ..Markings::default() }),
         Options { interpolation: Interpolation { clump: 0.5, ..Interpolation::default() }, ..new() },
         Options { fiber: Some(("red-fox".to_owned(), fox.with_color(Color::Reflectance([0.9; 3])).unwrap())), ..new() },

@@ -801,6 +801,7 @@ class Scene:
         ramp: str | None = None,
         belly: Iterable[SupportsFloat] | str | None = None,
         mix: Sequence[str] = ...,
+        coat: str | None = None,
         wet: SupportsFloat = 0.0,
         shutter: _Pair | None = None,
     ) -> Scene:
@@ -814,7 +815,8 @@ class Scene:
         picture, for a camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows
         (`groom`) or that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over
         the share `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`.
-        `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `wet`: how
+        `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `coat`: the
+        coat of a species, such as `red-fox`, whose parts these replace; its fibre is the default of `fiber`. `wet`: how
         wet the coat is, in [0, 1]. `shutter`: when the shutter of a USD file opens and closes, in frames relative to
         the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
 

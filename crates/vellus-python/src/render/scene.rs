@@ -10,6 +10,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyDict, PyString};
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -40,7 +41,7 @@ impl State {
 }
 
 /// An argument that is a text, as something else.
-pub(super) fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
+pub(super) fn parsed<T: FromStr<Err: Display>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
     let parse = |text: String| text.parse().map_err(|e| PyValueError::new_err(format!("{name} = {text:?}: {e}")));
     text.map(parse).transpose()
 }
@@ -109,7 +110,8 @@ impl Scene {
     /// picture, for a camera that is added. `reflectance_of`: whether a reflectance is the colour that this groom shows
     /// (`groom`) or that of a dense coat (`dense`). `tip_color`: colour of the tips of all strands, RGB or a name, over
     /// the share `tips` of their length, in (0, 1]. `ramp`: colours from root to tip, `"black fawn@40% white"`.
-    /// `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `wet`: how
+    /// `belly`: the colour where the skin faces down. `mix`: strands of other colours, `["white:30%"]`. `coat`: the
+    /// coat of a species, such as `red-fox`, whose parts these replace; its fibre is the default of `fiber`. `wet`: how
     /// wet the coat is, in [0, 1]. `shutter`: when the shutter of a USD file opens and closes, in frames relative to
     /// the frame; `(0, 0)` is no motion blur, and `None` the shutter of the camera.
     ///
@@ -122,7 +124,7 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         strict=false, stage=true, aspect=1.5, light=None, background=None, view=None, body=None,
-        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![], wet=0.0,
+        reflectance_of="groom", tip_color=None, tips=0.3, ramp=None, belly=None, mix=vec![], coat=None, wet=0.0,
         shutter=None))]
     fn open(
         py: Python<'_>,
@@ -146,6 +148,7 @@ impl Scene {
         ramp: Option<String>,
         belly: Option<&Bound<'_, PyAny>>,
         mix: Vec<String>,
+        coat: Option<String>,
         wet: f32,
         shutter: Option<[f64; 2]>,
     ) -> PyResult<Self> {
@@ -187,6 +190,7 @@ impl Scene {
                     .map(|mix| mix.parse().map_err(|e| PyValueError::new_err(format!("mix = {e}"))))
                     .collect::<PyResult<_>>()?,
             },
+            coat: parsed("coat", coat)?,
             wet,
             reflectance_of: parsed("reflectance_of", Some(reflectance_of.to_owned()))?.unwrap_or_default(),
             width,

@@ -124,7 +124,8 @@ impl Fiber {
     /// [`Error::OutOfRange`] for the first parameter out of range.
     pub fn coat_color(&self) -> Result<[f32; 3], Error> {
         self.validate()?;
-        Ok(Shape::new(&self.in_air()).moments(self.sigma_ca, self.sigma_ma).map(|moments| SHIPPED.color(&moments)))
+        let fiber = self.in_air();
+        Ok(Shape::new(&fiber).moments(fiber.sigma_ca, fiber.sigma_ma).map(|moments| SHIPPED.color(&moments)))
     }
 
     /// The same fibre with pigment: absorption `sigma_ca` in the cortex, and [`Fiber::medulla_pigment`] times as much
