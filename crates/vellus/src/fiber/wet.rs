@@ -1,4 +1,4 @@
-//! Fibres in water.
+//! Fibres in water (D22).
 
 use crate::fiber::Fiber;
 use crate::fiber::parameter::Parameter;
