@@ -19,7 +19,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     save("hair", "strands.hair", &vellus_groom::write_hair(linear)?)?;
     save("research", "a.data", &[&[1u8, 0, 0, 0, 2, 0, 0, 0][..], &[0; 24]].concat())?;
     save("research", "a.ply", PLY.as_bytes())?;
-    let ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1 2 3 2 1 1 1 1 1\n1 1 1\n0 45 90\n0 90\n3 2 1\n3 1 0\n";
+    // The first byte says how a light uses the profile.
+    let ies = "AIESNA:LM-63-2002\nTILT=NONE\n1 1 2 3 2 1 1 1 1 1\n1 1 1\n0 45 90\n0 90\n3 2 1\n3 1 0\n";
     save("ies", "a.ies", ies.as_bytes())?;
     save("tfx", "3.tfx", &tfx(3.0))?;
     save("tfx", "4.tfx", &tfx(4.0))?;
