@@ -11,15 +11,15 @@ use vellus::Species;
 /// published measurement of these colours, so they are choices of ours, as the names of colours are.
 #[rustfmt::skip]
 const COATS: [(Species, &str, &str, &str); 10] = [
-    (Species::Bobcat, "slate buff@35% hazel@70% sable", "arctic", "sable:10%"),
+    (Species::Bobcat, "slate buff@35% hazel@70% sable", "0.68,0.66,0.60", "sable:10%"),
     (Species::Cat, "slate fawn@40% hazel@70% sable", "buff", "sable:15%"),
-    (Species::Deer, "hazel chestnut@40% chestnut", "arctic", "sable:5%"),
+    (Species::Deer, "hazel chestnut@40% chestnut", "0.68,0.66,0.60", "sable:5%"),
     (Species::Dog, "cream buff@40% buff", "cream", "cream:20%"),
     (Species::Mouse, "slate slate@50% fawn@70% fawn@85% sable", "buff", "sable:15%"),
-    (Species::Rabbit, "slate slate@40% buff@60% buff@80% sable", "arctic", "sable:15%"),
+    (Species::Rabbit, "slate slate@40% buff@60% buff@80% sable", "0.68,0.66,0.60", "sable:15%"),
     (Species::Raccoon, "mouse mouse@45% silver@65% slate@85% sable", "silver", "sable:20%"),
-    (Species::RedFox, "slate fox@40% fox", "arctic", "sable:6%"),
-    (Species::Springbok, "buff fox@50% fox", "arctic", "cream:10%"),
+    (Species::RedFox, "slate fox@40% fox", "0.68,0.66,0.60", "sable:6%"),
+    (Species::Springbok, "buff fox@50% fox", "0.68,0.66,0.60", "cream:10%"),
     (Species::Human, "sable chestnut@60% chestnut", "", ""),
 ];
 
