@@ -112,6 +112,7 @@ impl Curves {
             positions,
         })
     }
+
     /// The time of the last sample of positions that is not later, to which velocities belong, and the number of
     /// samples. `None` without positions.
     ///

@@ -27,13 +27,13 @@ impl Fiber {
     /// Water surrounds a share [`Fiber::wet`] of the fibre, and air the rest; n is the mean index of both. Then:
     ///
     /// - η is divided by n, down to 1.05.
-    /// - Scales of the cuticle bend refracted light by η − 1 times their slope, so water hides them: α, β_m and β_n
-    ///   shrink with η − 1, and stay in their ranges.
+    /// - Scales of the cuticle bend refracted light by η − 1 times their slope, so water hides them: α, β_m and
+    ///   β_n shrink with η − 1, and stay in their ranges.
     /// - The outside of the water reflects: the cuticle gets as many layers as reflect that share of what water does,
     ///   2 % at normal incidence, if it has fewer.
-    /// - The outside of the water keeps light in. In equilibrium, light in water is n² times as dense as in air, so the
-    ///   absorption grows by n². The colour of dense coats then follows the theory of wet surfaces (Lekner and Dorf
-    ///   1988).
+    /// - The outside of the water keeps light in. In equilibrium, light in water is n² times as dense as in air, so
+    ///   the absorption grows by n². The colour of dense coats then follows the theory of wet surfaces (Lekner and
+    ///   Dorf 1988).
     ///
     /// It is a model of fibres that touch in wet fur, with water between them. A film around a single fibre changes
     /// less.

@@ -84,8 +84,7 @@ impl Case {
             g: (1.0 - 0.05f64.powf(x[12])).min(0.95) as f32,
             layers: (20.0 * x[13].powi(3)) as f32,
             exit,
-            medulla_pigment: 0.3,
-            wet: 0.0,
+            ..Fiber::hair()
         };
         let theta_o = (179.98 * x[14] - 89.99).to_radians();
         let [a, b] = [x[15], x[16]];
