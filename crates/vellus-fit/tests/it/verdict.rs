@@ -28,19 +28,19 @@ fn fitted(profile: &Profile, kind: ModelKind) -> Fit {
     fit(std::slice::from_ref(profile), Forward::new(kind).unwrap(), &options, &()).unwrap()
 }
 
-/// No profile of pure noise passes. One passes with a probability of 1e-3, so this test would fail for at most 1 % of
-/// all seeds with 9 profiles, and 3 % with 30.
+/// No profile of pure noise passes. One passes with a probability of 1e-3, so this test would fail for at most 0.3 % of
+/// all seeds with 3 profiles, and 3 % with 30.
 #[test]
 fn noise_is_no_fit() {
     assert_eq!(FALSE_ALARM, 1e-3);
-    for seed in 0..effort(3, 10) {
+    for seed in 0..effort(1, 10) {
         let mut rng = SimRng::seed_from_u64(seed);
         let mut unit = move || ((rng.next_u64() >> 11) as f64 + 0.5) * (0.5f64).powi(53);
         // Uniform values, and the values of a lamp that flickers by 1 % and by 30 %.
         let mut normal = |sigma: f64| (sigma * (-2.0 * unit().ln()).sqrt() * (TAU * unit()).cos()).exp();
         let profiles = [made(|_, _| normal(0.01)), made(|_, _| normal(0.3)), made(|_, _| unit())];
         for (k, profile) in profiles.iter().enumerate() {
-            let kind = [ModelKind::Vellus, ModelKind::Chiang2016][seed as usize % 2];
+            let kind = [ModelKind::Vellus, ModelKind::Chiang2016][(seed as usize + k) % 2];
             let result = fitted(profile, kind);
             assert_eq!(result.no_fit, Some(NoFit::Noise), "seed {seed}, {k}: {:?}", result.explained);
         }
@@ -83,7 +83,7 @@ fn constants_and_values_beyond_any_unit_are_refused() {
 /// model without a medulla explains 88 to 96 % of a red fox and 70 % of a raccoon, also with other seeds.
 #[test]
 fn profiles_of_fibres_are_fits_by_all_models() {
-    for species in [Species::RedFox, Species::Raccoon] {
+    for species in [Species::RedFox, Species::Raccoon].into_iter().take(effort(1, 2)) {
         let profile = measured(species, &gantry());
         for model in Forward::ALL {
             let result = fitted(&profile, model.kind());

@@ -106,9 +106,9 @@ fn shipped_tables_match_simulation() {
 /// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten
 /// presets and three inclinations.
 #[test]
-#[ignore = "test: 10 million photons"]
+#[ignore = "test: 3 million photons"]
 fn energies_match_fibre_reference() {
-    let photons = 340_000;
+    let photons = effort(100_000, 340_000);
     // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.
     let (count, false_alarm) = (Species::ALL.len() * 3 * 3, 0.01);
     let bound = max_abs_z(count, false_alarm);

@@ -5,7 +5,7 @@ use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
 use vellus_reference::as_printed::AsPrinted;
 use vellus_reference::exact::Exact;
 use vellus_testing::sphere::nodes;
-use vellus_testing::{direction, full_fiber, table_data};
+use vellus_testing::{direction, effort, full_fiber, table_data};
 
 /// A grid of all parameters, without absorption, with one exit after the other.
 fn lossless_grid() -> impl Iterator<Item = (Fiber, f64, f64)> {
@@ -33,9 +33,10 @@ fn sum(energy: &[[f64; 3]; 6], c: usize) -> f64 {
     energy.iter().map(|a| a[c]).sum()
 }
 
+/// A third of the grid has each value with each value of every other parameter: 3 divides none of their numbers.
 #[test]
 fn lobes_sum_to_one_without_absorption() {
-    for (fiber, theta_o, h) in lossless_grid() {
+    for (fiber, theta_o, h) in lossless_grid().step_by(effort(3, 1)) {
         let exact = Exact::new(&fiber, table_data()).unwrap().at(theta_o, h).energy();
         for c in 0..3 {
             assert!((sum(&exact, c) - 1.0).abs() < 1e-6, "{fiber:?} {theta_o} {h}: {}", sum(&exact, c));
