@@ -9,7 +9,7 @@ import threading
 import numpy as np
 import pytest
 import vellus
-from conftest import unit
+from conftest import unit, vectors
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from vellus import Bcsdf
@@ -35,6 +35,15 @@ def check_samples(samples, expected):
         wi, pdf, weight, lobe = sample
         assert np.array_equal(samples.wi[i], np.float32(wi)) and samples.pdf[i] == np.float32(pdf)
         assert np.array_equal(samples.weight[i], np.float32(weight)) and samples.lobe[i] == lobe
+
+
+def test_golden_vectors():
+    fibers, queries = vectors()
+    assert len(queries) == 2000
+    for index, fiber in enumerate(fibers):
+        own = queries[queries[:, 0] == index]
+        found = Bcsdf(fiber).eval(wo=own[:, 3:6], wi=own[:, 6:9], window=own[:, 1:3])
+        assert (np.abs(found - own[:, 9:12]) <= own[:, 12:]).all(), index
 
 
 def test_results_are_the_bits_of_rust(reference):

@@ -5,6 +5,7 @@
 //! would see two copies of `vellus`: the one under test and the one that this crate depends on.
 
 mod documents;
+pub mod generated;
 mod need;
 pub mod program;
 mod query;
@@ -12,6 +13,7 @@ pub mod significance;
 pub mod sphere;
 mod tfx;
 mod tier;
+pub mod vectors;
 
 use glam::Vec3;
 pub use need::{KINDS, blender, need, succeeds};

@@ -132,6 +132,13 @@ fn the_c_program_has_the_bits_of_rust() {
 }
 
 #[test]
+fn c_has_the_golden_vectors() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(program) = build("crates/vellus-c/tests/vectors.c", folder.path()) else { return };
+    run(Command::new(program).arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vectors")));
+}
+
+#[test]
 fn the_cpp_program_has_the_bits_of_rust() {
     let folder = tempfile::tempdir().unwrap();
     let Some(program) = build("examples/c/threads.cpp", folder.path()) else { return };

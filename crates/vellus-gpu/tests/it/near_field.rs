@@ -6,6 +6,7 @@ use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
 use vellus_gpu::{Answer, Queries, Query};
 use vellus_testing::Uniform;
 use vellus_testing::sphere::ChiSquared;
+use vellus_testing::vectors::{Vector, Vectors};
 
 /// Fibres over the whole range of parameters, with both exits, and all presets.
 fn fibers(count: usize) -> Vec<Fiber> {
@@ -35,6 +36,26 @@ fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
         peaks[1] = peaks[1].max(pdf);
     }
     peaks
+}
+
+#[test]
+fn golden_vectors() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device() else { return Ok(()) };
+    let vectors = Vectors::read();
+    let models = vectors.fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
+    let near: Vec<&Vector> = vectors.queries.iter().filter(|q| q.window[0] == q.window[1]).collect();
+    let ask = |q: &&Vector| Query {
+        wo: q.wo.to_array(),
+        h: q.window[0],
+        wi: q.wi.to_array(),
+        fiber: q.fiber as u32,
+        u: [0.5; 4],
+    };
+    let answers = Queries::new(&device, &models)?.run(&near.iter().map(ask).collect::<Vec<_>>())?;
+    let worst = near.iter().zip(&answers).map(|(q, answer)| q.error(answer.value)).fold(0.0, f32::max);
+    println!("{} queries, largest error {worst:.2} tolerances", near.len());
+    assert!(near.len() == 1000 && worst <= 1.0, "{worst}");
+    Ok(())
 }
 
 #[test]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from drjit.llvm.ad import Float64
+from conftest import vectors
 from mitsuba_support import COLORS, FIBER, NUMBERS, columns, directions, dr, mi, values
 
 import vellus
@@ -64,6 +65,21 @@ def test_values_equal_the_crate(single):
             error = (np.abs(ours - theirs) / (theirs + 0.01)).reshape(n, -1).max(1)
             assert error[~grazes].max() < 1e-4, fiber
             assert error[grazes].max(initial=0) < 1e-3, fiber
+
+
+def test_golden_vectors():
+    """The near field of dry fibres. Wet ones are prepared by the plugin."""
+    fibers, queries = vectors()
+    worst = 0
+    for index, fiber in enumerate(fibers):
+        own = queries[(queries[:, 0] == index) & (queries[:, 1] == queries[:, 2])]
+        if fiber.wet:
+            continue
+        hit = Fiber(mi.Float, values(fiber), fiber.exit == "reflecting").at(columns(mi.Float, own[:, 3:6]), mi.Float(own[:, 1]))
+        value = np.stack([v.numpy() for v in hit.eval(columns(mi.Float, own[:, 6:9]))], -1)
+        worst = max(worst, (np.abs(value - own[:, 9:12]) / own[:, 12:]).max())
+    print(f"largest error: {worst:.2f} tolerances")
+    assert worst <= 1
 
 
 def test_hair_without_medulla_equals_the_crate():

@@ -12,4 +12,5 @@ mod refracted;
 mod sampling;
 #[cfg(feature = "serde")]
 mod text_form;
+mod vectors;
 mod window;
