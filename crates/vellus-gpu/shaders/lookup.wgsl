@@ -46,21 +46,3 @@ fn vellus_mixed(part: u32, at: VellusBetween, stride: u32, c: u32) -> vec4<f32> 
 fn vellus_fiber(fiber: u32, k: u32) -> vec4<f32> {
     return vellus_row(fiber * VELLUS_FIBER_ROWS + k);
 }
-
-// The rows of a prepared fibre.
-const VELLUS_OPTICS = 0u; // eta, kappa, sigma_ms, layers
-const VELLUS_CORTEX = 1u; // sigma_ca; the gain of the backward half, 0 if the exit is open
-const VELLUS_MEDULLA = 2u; // sigma_ma, and the optical radius
-const VELLUS_SHIFT = 3u; // sines and cosines of the shifts, v, 1/v, the norms, exp(-2/v)
-const VELLUS_AZIMUTHAL = 9u; // exponents, norms, widths with the number of images
-const VELLUS_REFRACTION = 12u; // node of g and fraction, 1/eta, 1 - 1/eta^2
-const VELLUS_CONE = 13u; // loss, half angle, its inverse, share of light that is turned like TT
-const VELLUS_CONE_POSITION = 14u; // node and fraction, edge, what is left of the direction of late light
-const VELLUS_FIRST = 15u; // eight rows
-const VELLUS_ESCAPE = 23u; // eight rows
-const VELLUS_KEPT = 31u; // eight rows
-const VELLUS_AZIMUTH_WEIGHTS = 39u; // ten rows
-const VELLUS_BACKWARD_WEIGHTS = 49u; // four rows
-const VELLUS_FORWARD_WEIGHTS = 53u; // eight rows
-const VELLUS_BACKWARD_INTEGRALS = 61u; // four rows
-const VELLUS_TURN = 65u; // constant, cosine, sine, and the slope: see turn.wgsl

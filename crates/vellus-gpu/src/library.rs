@@ -65,6 +65,11 @@ pub fn shader_library() -> String {
         let _ = writeln!(text, "const VELLUS_{name} = {value};");
     };
     line("FIBER_ROWS", format!("{FIBER_ROWS}u"));
+    let mut start = 0;
+    for (name, rows, what) in packed::FIBER_LAYOUT {
+        line(name, format!("{start}u; // {rows}: {what}"));
+        start += rows;
+    }
     line("MOST_SIN2", format!("{MAX_SIN2:?}"));
     line("MOST_TURN", format!("{MOST_TURN:?}"));
     for (name, count) in packed.counts {

@@ -4,7 +4,7 @@ use crate::error::value;
 use numpy::{PyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vellus::grid::{OutgoingAxis, g_at, offset_at, tau_at, theta_at};
+use vellus::grid::{self, OutgoingAxis, g_at, offset_at, tau_at, theta_at};
 use vellus::parts::{
     ABSORPTIONS, ENTRIES, ExitData, NODES, REACHES, ROWS, SHIPPED_EXITS, STATES, TAU_STEP, absorption_at, cell,
 };
@@ -61,6 +61,8 @@ fn mixture<'py>(
 ///   `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state; `turn` (tau, g, 4, 3), coefficients of h, h cos ψ
 ///   and (1 − h²) sin ψ in the fit to the offset at which light leaves the medulla, up to each of `reach_nodes` (4,). ψ
 ///   is the azimuth from straight on.
+/// - `constants` of the axes: `tau_max`, `tau_growth` and `tau_scale` of ln(1 + kτ), `g_max`, `theta_max` in radians, and
+///   of the cone of light that leaves `cones` and `shifts`, its numbers of nodes, and `most_eta`.
 ///
 /// Axes: `tau` is the optical radius, spaced evenly in ln(1 + kτ); `g` the anisotropy, evenly in ln(1 − g); `h` the
 /// offset in radii of the medulla, evenly in asin h; all angles in radians, evenly.
@@ -82,6 +84,20 @@ fn tables(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     path.set_item("h_nodes", PyArray::from_vec(py, nodes(h, offset_at)))?;
     all.set_item("mean_path", path)?;
     all.set_item("exit", exits(py)?)?;
+    let constants = PyDict::new(py);
+    for (name, constant) in [
+        ("tau_max", grid::TAU_MAX),
+        ("tau_growth", grid::TAU_GROWTH),
+        ("tau_scale", grid::TAU_SCALE),
+        ("g_max", grid::G_MAX),
+        ("theta_max", grid::THETA_MAX),
+        ("most_eta", grid::MOST_ETA.into()),
+    ] {
+        constants.set_item(name, constant)?;
+    }
+    constants.set_item("cones", grid::CONES)?;
+    constants.set_item("shifts", grid::SHIFTS)?;
+    all.set_item("constants", constants)?;
     Ok(all)
 }
 

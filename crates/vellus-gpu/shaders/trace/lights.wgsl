@@ -1,13 +1,5 @@
 // Lights: sampling, and what a ray finds.
 
-const ROWS_OF_LIGHT = 11u;
-const DOME = 1u;
-const DISTANT = 2u;
-const FLAT = 3u;
-const POINT = 4u;
-const SPHERE = 5u;
-const CYLINDER = 6u;
-
 // A sampled direction toward a light. The density is negative where it is infinite. `light` is NONE if there is none.
 struct LightSample {
     light: u32,

@@ -1,13 +1,5 @@
 // The path of one sample, as in vellus_render's integrator, with the near field at every hit.
 
-// The scattering events without Russian roulette, and the factor of the survival probability.
-const ROULETTE = 2u;
-const SURVIVAL = 2.0;
-// A shadow ray is always traced if it contributes at least this fraction of an isotropic fibre's contribution.
-const THRESHOLD_FIRST = 0.25;
-const THRESHOLD_LATER = 1.0;
-const FIRST_LIGHTS = 2u;
-
 // Light that reaches the camera unless its shadow ray is blocked.
 struct Waiting {
     ray: Ray,
@@ -186,7 +178,7 @@ fn to_fiber(place: Place, w: vec3<f32>) -> vec3<f32> {
 // A ray that leaves toward a direction, from the side of the fibre that faces it.
 fn leave_fiber(place: Place, direction: vec3<f32>, t_max: f32) -> Ray {
     let out = normalize_or(direction - place.tangent * dot(direction, place.tangent), place.across.x);
-    return Ray(place.center + out * (1.001 * place.radius), t_max, direction);
+    return Ray(place.center + out * (BESIDE * place.radius), t_max, direction);
 }
 
 // The fibre's record. Where parameters vary along the strand, it is that of one of the two control points around the
@@ -282,7 +274,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
             set_shares(path, fiber_lobes(&fiber, local), total);
         }
         let light = (*path).throughput * total * s.radiance * (w * given / asked);
-        let shadow = leave_fiber(place, s.direction, s.distance * 0.9999);
+        let shadow = leave_fiber(place, s.direction, s.distance * BEFORE);
         wait_for(path, shadow, light, data_row(light_row(s.light)).w);
     }
     let drawn = fiber_sample(&fiber, b);
@@ -328,7 +320,7 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
                 w = mis_weight(l.pdf, value.w) / l.pdf;
             }
             let light = (*path).throughput * value.xyz * l.radiance * w;
-            wait_for(path, Ray(start, l.distance * 0.9999, l.direction), light, data_row(light_row(l.light)).w);
+            wait_for(path, Ray(start, l.distance * BEFORE, l.direction), light, data_row(light_row(l.light)).w);
         }
     }
     if wo.z <= 0.0 {

@@ -1,7 +1,6 @@
 // The scene in rows of four numbers, as vellus-render packs it. The accessors node_row, chord_row, triangle_row,
 // point_row and data_row are generated, because a large array is split over several buffers.
 
-const NONE = 0xffffffffu;
 // In place of a record: the strands have one for each control point.
 const PER_POINT = 0xfffffffeu;
 const LEAF = 0x80000000u;
@@ -18,34 +17,6 @@ fn data_word(index: u32) -> u32 {
 fn data_number(index: u32) -> f32 {
     return bitcast<f32>(data_word(index));
 }
-
-// The rows of the header.
-const CAMERA_X = 0u; // and film height
-const CAMERA_Y = 1u; // and focus distance
-const CAMERA_Z = 2u; // and lens radius
-const CAMERA_ORIGIN = 3u; // and filter
-const SIZE = 4u; // of the whole picture, and the corner of the area
-const AREA = 5u; // its size, the seed, the largest depth
-const ROOTS = 6u; // of strands, meshes and instances, and the number of instances
-const SETS = 7u; // numbers and rows of the sets of strands and of the meshes
-const LIGHTS = 8u; // number, rows, distribution; rows of the surfaces
-const TEXTURES = 9u; // rows; texture and group of the background; group of emission
-const BACKGROUND = 10u; // its colour
-const OUTPUT = 11u; // the limit of indirect light, channels, words of a sample, whether there is a background
-const INSTANCES = 12u; // their rows, and those of their leaves
-const SHIFT = 13u; // of the film, over the focal length
-const LAYERS = 14u; // the first channel of each layer
-
-// The layers, in the order of vellus_render::Layer.
-const LAYER_ALPHA = 1u;
-const LAYER_FIBERS = 3u;
-const LAYER_LOBES = 4u;
-const LAYER_ALBEDO = 5u;
-const LAYER_NORMAL = 6u;
-const LAYER_TANGENT = 7u;
-const LAYER_DEPTH = 8u;
-const LAYER_ROOT_UV = 9u;
-const LAYER_LIGHTS = 11u;
 
 struct Ray {
     origin: vec3<f32>,

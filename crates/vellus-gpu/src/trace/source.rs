@@ -89,6 +89,9 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
         text.push_str(&array.declare(&mut binding));
     }
     let _ = writeln!(text, "const STACK = {}u;", vellus_render::packed::STACK);
+    for (name, value) in vellus_render::packed::constants() {
+        let _ = writeln!(text, "const {name} = {value};");
+    }
     let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
     let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
     let field: &[&str] = if far.is_some() { &[FAR_FIELD, FAR] } else { &[NEAR] };

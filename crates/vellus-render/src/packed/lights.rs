@@ -9,7 +9,22 @@ use glam::Vec3;
 use vellus_scene::Texture;
 
 /// Rows of each light.
-const ROWS: u32 = 11;
+pub(super) const ROWS: u32 = 11;
+
+/// What a light is to a tracer.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    Dome = 1,
+    Distant,
+    Flat,
+    Point,
+    Sphere,
+    Cylinder,
+}
+
+impl Kind {
+    pub const ALL: [Kind; 6] = [Kind::Dome, Kind::Distant, Kind::Flat, Kind::Point, Kind::Sphere, Kind::Cylinder];
+}
 
 /// Where the lights are.
 pub(crate) struct PackedLights {
@@ -45,7 +60,7 @@ impl Lights {
             let mut rows = [[0u32; 4]; ROWS as usize];
             let share = self.share(k).to_bits();
             let (kind, shape) = self.shape(packed, light);
-            rows[0] = [kind, share, u32::from(self.is_visible(k)), groups[k] as u32];
+            rows[0] = [kind as u32, share, u32::from(self.is_visible(k)), groups[k] as u32];
             rows[1] = rgb(light.radiance(), 0.0).map(f32::to_bits);
             rows[2..7].copy_from_slice(&shape);
             if let Some(shaped) = self.shaping(k) {
@@ -69,7 +84,7 @@ impl Lights {
     }
 
     /// The kind of a light, and five rows of its shape.
-    fn shape(&self, packed: &mut PackedScene, light: &Prepared) -> (u32, [[u32; 4]; 5]) {
+    fn shape(&self, packed: &mut PackedScene, light: &Prepared) -> (Kind, [[u32; 4]; 5]) {
         let none = [0.0; 4];
         let (kind, floats) = match light {
             Prepared::Dome { map, rotation, ground, .. } => {
@@ -90,22 +105,24 @@ impl Lights {
                     let [lines, columns] = [sums(packed, &[lines]), sums(packed, &columns)];
                     rows[3] = [image(packed, texture), lines, columns, 0];
                 }
-                return (1, rows);
+                return (Kind::Dome, rows);
             }
             Prepared::Distant { direction, half_angle, .. } => {
-                (2, [vector(*direction, *half_angle), [half_angle.cos(), 0.0, 0.0, 0.0], none, none, none])
+                (Kind::Distant, [vector(*direction, *half_angle), [half_angle.cos(), 0.0, 0.0, 0.0], none, none, none])
             }
             Prepared::Flat { center, x, y, normal, area, disk, texture, .. } => {
                 let disk = f32::from(u8::from(*disk));
                 let rows = [vector(*center, *area), vector(*x, disk), vector(*y, 0.0), vector(*normal, 0.0), none];
                 let mut rows = rows.map(|row| row.map(f32::to_bits));
                 rows[4][0] = texture.as_ref().map_or(NONE, |texture| image(packed, texture));
-                return (3, rows);
+                return (Kind::Flat, rows);
             }
-            Prepared::Point { position, .. } => (4, [vector(*position, 0.0), none, none, none, none]),
-            Prepared::Sphere { center, radius, .. } => (5, [vector(*center, *radius), none, none, none, none]),
+            Prepared::Point { position, .. } => (Kind::Point, [vector(*position, 0.0), none, none, none, none]),
+            Prepared::Sphere { center, radius, .. } => {
+                (Kind::Sphere, [vector(*center, *radius), none, none, none, none])
+            }
             Prepared::Cylinder { center, axis, half_length, radius, .. } => {
-                (6, [vector(*center, *radius), vector(*axis, *half_length), none, none, none])
+                (Kind::Cylinder, [vector(*center, *radius), vector(*axis, *half_length), none, none, none])
             }
         };
         (kind, floats.map(|row| row.map(f32::to_bits)))

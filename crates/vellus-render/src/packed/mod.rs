@@ -3,8 +3,11 @@
 //! It is the same scene with the same hierarchies. Objects follow one another: what is in world space first, then the
 //! prototypes. All indices count over all objects. The order of the numbers is not stable.
 
+mod constants;
 mod geometry;
 mod lights;
+
+pub use constants::constants;
 
 use crate::error::Error;
 use crate::film::{Film, Layer, Layout, nearest};
@@ -25,8 +28,26 @@ pub const NONE: u32 = u32::MAX;
 /// The nodes that can wait while a tracer follows a ray. [`World::packed`] refuses scenes that need more.
 pub const STACK: usize = 192;
 
-/// Rows of the header, at the beginning of [`PackedScene::data`].
-const HEADER: usize = 19;
+/// Rows of the header, at the beginning of [`PackedScene::data`]. The first channels of all layers follow.
+const HEADER_ROWS: [&str; 14] = [
+    "CAMERA_X",      // and film height
+    "CAMERA_Y",      // and focus distance
+    "CAMERA_Z",      // and lens radius
+    "CAMERA_ORIGIN", // and filter
+    "SIZE",          // of the whole picture, and the corner of the area
+    "AREA",          // its size, the seed, the largest depth
+    "ROOTS",         // of strands, meshes and instances, and the number of instances
+    "SETS",          // numbers and rows of the sets of strands and of the meshes
+    "LIGHTS",        // number, rows, distribution; rows of the surfaces
+    "TEXTURES",      // rows; texture and group of the background; group of emission
+    "BACKGROUND",    // its colour
+    "OUTPUT",        // the limit of indirect light, channels, words of a sample, whether there is a background
+    "INSTANCES",     // their rows, and those of their leaves
+    "SHIFT",         // of the film, over the focal length
+];
+
+/// Rows of the header with those of the layers.
+const HEADER: usize = HEADER_ROWS.len() + Layer::ALL.len().div_ceil(4);
 
 /// Words after the channels of a sample: the distance of the strand that the camera sees and its number, the thing that
 /// it sees, the rays, the throughput that was cut off, and the light that was removed.
@@ -125,7 +146,7 @@ impl World {
         let tint = background.map_or(Tint { color: [0.0; 3], texture: None }, |background| background.tint);
         let channels = layout.channels() as u32;
         let clamp = settings.clamp_indirect.map_or(0, f32::to_bits);
-        let header = [
+        let header: [[u32; 4]; HEADER_ROWS.len()] = [
             axes[0],
             axes[1],
             axes[2],

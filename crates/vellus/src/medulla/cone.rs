@@ -11,19 +11,11 @@
 
 use crate::cylinder::cuticle::{parts, refracted_cos2};
 use crate::fiber::Fiber;
+use crate::medulla::grid::{CONES, MOST_ETA, SHIFTS};
 use crate::medulla::mixture::{self, Between, Densities, Weights};
 use crate::medulla::tables::{BACKWARD, FORWARD, Mixture};
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
-
-/// Nodes of the cone's half angle, from that of the largest η to 90°: 1.5° apart.
-const CONES: usize = 48;
-
-/// Nodes of the shift, θ_t over the half angle of the cone: 0.3° to 1.4° apart.
-pub(crate) const SHIFTS: usize = 65;
-
-/// The largest η.
-const MOST_ETA: f32 = 3.0;
 
 /// asin(1/[`MOST_ETA`]), the half angle of the smallest cone.
 const SMALLEST: f32 = 0.339_836_9;

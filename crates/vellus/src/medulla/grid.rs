@@ -12,6 +12,15 @@ pub const G_MAX: f64 = 0.95;
 /// Largest inclination of a node. Beyond it the forward lobe only shifts.
 pub const THETA_MAX: f64 = 85.0 * PI / 180.0;
 
+/// Nodes of the half angle of the cone of light that leaves (D18), from that of the largest η to 90°: 1.5° apart.
+pub const CONES: usize = 48;
+
+/// Nodes of the shift in the cone, θ_t over its half angle: 0.3° to 1.4° apart.
+pub const SHIFTS: usize = 65;
+
+/// The largest η of a cone.
+pub const MOST_ETA: f32 = 3.0;
+
 /// Exponential spacing in τ: with 24 nodes the first step is 0.015 and the last 4.6.
 pub const TAU_GROWTH: f64 = 6.0;
 

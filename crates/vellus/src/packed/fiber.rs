@@ -1,17 +1,42 @@
 //! One prepared fibre.
 
 use crate::bcsdf::Bcsdf;
+use crate::cylinder::frame::Refraction;
 use crate::exit::Reflection;
 use crate::medulla::mixture::{Between, Weights};
 use crate::prepared::Prepared;
 
-/// The number of rows of a fibre.
-pub const FIBER_ROWS: usize = 66;
+/// The parts of a fibre: the name, the number of rows, and what they are.
+pub const FIBER_LAYOUT: [(&str, usize, &str); 16] = [
+    ("OPTICS", 1, "eta, kappa, sigma_ms, layers"),
+    ("CORTEX", 1, "sigma_ca; the gain of the backward half, 0 if the exit is open"),
+    ("MEDULLA", 1, "sigma_ma, and the optical radius"),
+    ("SHIFT", 6, "sines and cosines of the shifts, v, 1/v, the norms, exp(-2/v)"),
+    ("AZIMUTHAL", 3, "exponents, norms, widths with the number of images"),
+    ("REFRACTION", 1, "node of g and fraction, 1/eta, 1 - 1/eta^2"),
+    ("CONE", 1, "loss, half angle, its inverse, share of light that is turned like TT"),
+    ("CONE_POSITION", 1, "node and fraction, edge, what is left of the direction of late light"),
+    ("FIRST", 8, "first exits"),
+    ("ESCAPE", 8, "all exits"),
+    ("KEPT", 8, "logarithm of what absorption leaves"),
+    ("AZIMUTH_WEIGHTS", 10, "of the components of C^N"),
+    ("BACKWARD_WEIGHTS", 4, "of the backward half of C^M"),
+    ("FORWARD_WEIGHTS", 8, "of the forward half of C^M"),
+    ("BACKWARD_INTEGRALS", 4, "of the components of the backward half"),
+    ("TURN", 1, "of scattered light: constant, cosine, sine, and the slope"),
+];
 
-/// Everything about a fibre that its hits in the near field need, in rows of four numbers.
-///
-/// The order: the parameters (3 rows), the longitudinal lobes (6), the azimuthal lobes (3), refraction and cone (3),
-/// the exit (8 + 8 + 8), the weights of the components (10 + 4 + 8 + 4), and the turn of scattered light (1).
+/// The number of rows of a fibre.
+pub const FIBER_ROWS: usize = {
+    let (mut rows, mut part) = (0, 0);
+    while part < FIBER_LAYOUT.len() {
+        rows += FIBER_LAYOUT[part].1;
+        part += 1;
+    }
+    rows
+};
+
+/// Everything about a fibre that its hits in the near field need, in rows of four numbers: see [`FIBER_LAYOUT`].
 pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     let Prepared { in_air: fiber, longitudinal, azimuthal, medulla, reflection, turning, .. } = bcsdf.prepared();
     let rgb = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
@@ -26,42 +51,43 @@ pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     // Indices are below 4096, and exact in single precision.
     let number = |index: usize| index as f32;
     let gain = medulla.cone.map_or(0.0, |(cone, _)| cone.backward_gain);
-    let mut rows = vec![
-        [fiber.eta, fiber.kappa, fiber.sigma_ms, fiber.layers],
-        rgb(fiber.sigma_ca, gain),
-        rgb(fiber.sigma_ma, medulla.optical_radius),
-        longitudinal.sin_alpha,
-        longitudinal.cos_alpha,
-        longitudinal.v,
-        longitudinal.inv_v,
-        longitudinal.norm,
-        longitudinal.floor,
-        azimuthal.exponent,
-        azimuthal.norm,
-        rgb(azimuthal.sigma, f32::from(azimuthal.images)),
-        [number(medulla.g.index), medulla.g.t, medulla.refraction.inverse_eta, medulla.refraction.excess],
-        cone,
-        [number(position.index), position.t, edge, exit.stays],
-    ];
-    rows.extend(exit.first);
-    rows.extend(exit.escape);
-    rows.extend(exit.ln_kept);
-    extend(&mut rows, &medulla.azimuthal);
-    extend(&mut rows, &medulla.backward);
-    extend(&mut rows, &medulla.forward);
-    extend(&mut rows, &medulla.backward_integrals);
-    rows.push([constant, cosine, sine, slope]);
-    match rows.try_into() {
-        Ok(rows) => rows,
-        Err(_) => unreachable!("the number of rows does not depend on the fibre"),
-    }
+    let mut rows = [[0.0; 4]; FIBER_ROWS];
+    let (mut row, mut part) = (0, 0);
+    let mut put = |name: &str, values: &[[f32; 4]]| {
+        assert_eq!((name, values.len()), (FIBER_LAYOUT[part].0, FIBER_LAYOUT[part].1), "as the layout says");
+        rows[row..row + values.len()].copy_from_slice(values);
+        row += values.len();
+        part += 1;
+    };
+    put("OPTICS", &[[fiber.eta, fiber.kappa, fiber.sigma_ms, fiber.layers]]);
+    put("CORTEX", &[rgb(fiber.sigma_ca, gain)]);
+    put("MEDULLA", &[rgb(fiber.sigma_ma, medulla.optical_radius)]);
+    let shifts = [longitudinal.sin_alpha, longitudinal.cos_alpha];
+    let widths = [longitudinal.v, longitudinal.inv_v, longitudinal.norm, longitudinal.floor];
+    put("SHIFT", &[shifts[0], shifts[1], widths[0], widths[1], widths[2], widths[3]]);
+    put("AZIMUTHAL", &[azimuthal.exponent, azimuthal.norm, rgb(azimuthal.sigma, f32::from(azimuthal.images))]);
+    let Refraction { inverse_eta, excess } = medulla.refraction;
+    put("REFRACTION", &[[number(medulla.g.index), medulla.g.t, inverse_eta, excess]]);
+    put("CONE", &[cone]);
+    put("CONE_POSITION", &[[number(position.index), position.t, edge, exit.stays]]);
+    put("FIRST", &exit.first);
+    put("ESCAPE", &exit.escape);
+    put("KEPT", &exit.ln_kept);
+    put("AZIMUTH_WEIGHTS", &pairs(&medulla.azimuthal));
+    put("BACKWARD_WEIGHTS", &pairs(&medulla.backward));
+    put("FORWARD_WEIGHTS", &pairs(&medulla.forward));
+    put("BACKWARD_INTEGRALS", &pairs(&medulla.backward_integrals));
+    put("TURN", &[[constant, cosine, sine, slope]]);
+    rows
 }
 
-fn extend<const C: usize>(rows: &mut Vec<[f32; 4]>, weights: &Weights<C>) {
-    for eight in weights {
+/// Registers of eight numbers as rows of four.
+fn pairs<const C: usize>(weights: &Weights<C>) -> Vec<[f32; 4]> {
+    let halves = |eight: &wide::f32x8| {
         let [a, b, c, d, e, f, g, h] = eight.to_array();
-        rows.extend([[a, b, c, d], [e, f, g, h]]);
-    }
+        [[a, b, c, d], [e, f, g, h]]
+    };
+    weights.iter().flat_map(halves).collect()
 }
 
 #[cfg(test)]

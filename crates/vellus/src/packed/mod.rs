@@ -9,5 +9,5 @@ mod fiber;
 mod tables;
 
 pub use far::{FarTable, far};
-pub use fiber::{FIBER_ROWS, fiber};
+pub use fiber::{FIBER_LAYOUT, FIBER_ROWS, fiber};
 pub use tables::{PackedTables, tables};

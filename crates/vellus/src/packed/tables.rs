@@ -1,7 +1,8 @@
 //! The tables of the medulla.
 
-use crate::medulla::cone::{Cones, Half, SHIFTS};
+use crate::medulla::cone::{Cones, Half};
 use crate::medulla::grid;
+use crate::medulla::grid::SHIFTS;
 use crate::medulla::mixture::{Densities, Rows, Weights};
 use crate::medulla::tables::{Mixture, Tables};
 

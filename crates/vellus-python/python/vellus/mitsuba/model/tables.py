@@ -13,18 +13,16 @@ import numpy as np
 
 import vellus
 
+_RAW = vellus.tables()
 # Constants of the crate's grid: see `vellus::grid`.
-TAU_MAX, TAU_GROWTH = 20.0, 6.0
-TAU_SCALE = math.expm1(TAU_GROWTH) / TAU_MAX
-G_MAX = 0.95
-THETA_MAX = math.radians(85.0)
+_GRID = _RAW["constants"]
+TAU_GROWTH, TAU_SCALE, G_MAX, THETA_MAX = (_GRID[name] for name in ("tau_growth", "tau_scale", "g_max", "theta_max"))
+CONES, SHIFTS = _GRID["cones"], _GRID["shifts"]
+SMALLEST = math.asin(1 / _GRID["most_eta"])
 # Nodes of the outgoing angle are half a degree apart in all tables.
 STEP = math.pi / 360
 # The azimuth from straight back begins at 0, the other angles here.
 FIRST = -math.pi / 2
-# Nodes of the cone of light that leaves, and of the shift in it: see `vellus::medulla::cone`.
-CONES, SHIFTS, MOST_ETA = 48, 65, 3.0
-SMALLEST = math.asin(1 / MOST_ETA)
 
 
 class Half(NamedTuple):
@@ -132,8 +130,7 @@ def factors(table):
 @lru_cache(1)
 def shipped():
     """The tables that the package contains."""
-    raw = vellus.tables()
-    tau, g, h, values = factors(raw["azimuthal"])
+    tau, g, h, values = factors(_RAW["azimuthal"])
     step = 2 * np.pi / (len(values) - 1)
     values = values / (step * np.maximum(0.5 * (values[:-1] + values[1:]).sum(0), 1e-300))
     w = forward_weight(step * np.arange(len(values)))[:, None]
@@ -141,10 +138,10 @@ def shipped():
     ahead = ((2 * w0 + w1) * low + (w0 + 2 * w1) * high).sum(0) * step / 6
     weights = np.einsum("ar,br,cr->bacr", tau, g, h)
     integrals = np.stack([weights.sum(-1), weights @ ahead])
-    halves = [half(factors(raw[name]), n) for name, n in (("backward", 1), ("forward", SHIFTS))]
-    exit = raw["exit"]
+    halves = [half(factors(_RAW[name]), n) for name, n in (("backward", 1), ("forward", SHIFTS))]
+    exit = _RAW["exit"]
     exits = np.concatenate([exit[name] for name in ("state", "path")], 2).astype(float)
     exit_step = math.log1p(TAU_SCALE * exit["tau_nodes"][1])
-    mean_path = np.asarray(raw["mean_path"]["value"], float).transpose(1, 0, 2)
+    mean_path = np.asarray(_RAW["mean_path"]["value"], float).transpose(1, 0, 2)
     azimuthal, turns = weights @ values.T, exit["turn"].astype(float)
     return Tables(azimuthal, integrals, mean_path, tuple(halves), exits, exit_step, turns, exit["reach_nodes"])
