@@ -53,15 +53,65 @@ mod tests {
         files
     }
 
+    /// Before the code of a listing: its file in `docs/book/listings`, and after a colon the name of a part.
+    const LISTING: &str = "listing ";
+
     /// Whether a page has Rust code of its own, and not only parts of a listing.
     fn has_rust_examples(text: &str) -> bool {
-        let mut lines = text.lines().peekable();
-        while let Some(line) = lines.next() {
-            if line.starts_with("```rust") && !lines.peek().is_some_and(|next| next.starts_with("{{#include")) {
-                return true;
+        let mut before = "";
+        text.lines().any(|line| {
+            let listing = before.starts_with(&format!("<!-- generated: {LISTING}"));
+            before = line;
+            line.starts_with("```rust") && !listing
+        })
+    }
+
+    /// A part of a listing, without the lines that mark parts.
+    fn listing(name: &str) -> String {
+        let (file, anchor) = name.split_once(':').unwrap_or((name, ""));
+        let text = std::fs::read_to_string(root().join("docs/book/listings").join(file)).unwrap();
+        let begin = format!("ANCHOR: {anchor}");
+        let skip = |line: &&str| !anchor.is_empty() && !line.ends_with(&begin);
+        let lines: Vec<&str> = text.lines().skip_while(skip).skip(usize::from(!anchor.is_empty())).collect();
+        let end = |line: &&&str| anchor.is_empty() || !line.ends_with(&format!("ANCHOR_END: {anchor}"));
+        let lines: Vec<&&str> = lines.iter().take_while(end).filter(|line| !line.contains("ANCHOR")).collect();
+        let filled = lines.iter().filter(|line| !line.is_empty());
+        let indent = filled.map(|line| line.len() - line.trim_start().len()).min().unwrap_or(0);
+        lines.iter().map(|line| format!("{}\n", line.get(indent..).unwrap_or_default())).collect()
+    }
+
+    /// Pages have the code of the listings that they name, so that they can be read without mdBook.
+    #[test]
+    fn generated_pages_have_the_code_of_their_listings() {
+        for page in documents().iter().filter(|page| page.ends_with(".md")) {
+            let text = std::fs::read_to_string(root().join(page)).unwrap();
+            assert!(!text.contains("{{#include ../listings"), "{page}: write <!-- generated: {LISTING}… -->");
+            let names = text.lines().filter_map(|line| line.strip_prefix("<!-- generated: ")?.strip_suffix(" -->"));
+            for name in names.filter(|name| name.starts_with(LISTING)) {
+                let code = listing(&name[LISTING.len()..]);
+                crate::generated::part(page, name, &format!("```rust\n{code}```\n"));
             }
         }
-        false
+    }
+
+    /// The table of the parameters is that of the crate.
+    #[test]
+    fn generated_table_of_parameters_is_that_of_the_crate() {
+        let mut table = "| name | symbol | range | meaning |\n|---|---|---|---|\n".to_owned();
+        for parameter in vellus::Parameter::ALL {
+            let (range, sign) = (parameter.range(), parameter.unit().sign());
+            let rgb = if parameter.channels() == 3 { ", RGB" } else { "" };
+            let unit = if parameter.unit() == vellus::Unit::PerRadius { ", per fibre radius" } else { "" };
+            let name = parameter.name();
+            let symbol = if parameter.symbol() == name { "" } else { parameter.symbol() };
+            table += &format!(
+                "| `{name}` | {symbol} | {}{sign} to {}{sign} | {}{rgb}{unit} |\n",
+                range.low,
+                range.high,
+                parameter.description()
+            );
+        }
+        crate::generated::part("docs/book/src/fibers.md", "parameters", &table);
     }
 
     #[test]

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | claims | explorer | torture
-                   dist [PART …] | release --dry-run | c FOLDER | lab [--slow]
+                   generate | dist [PART …] | release --dry-run | c FOLDER | lab [--slow]
 
   check    before each commit: format, text, clippy, fast tests; --all adds rustdoc, spelling, licences, the book
   test     before each merge, and what CI runs: all of `check` but clippy, longer tests, the Python package, OpenUSD,
@@ -37,6 +37,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   release  --dry-run checks whether a release is ready, with package and dist; it publishes nothing
   c        FOLDER: installs the library for C and C++ into a prefix such as /usr/local
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
+  generate writes what tests compare: code and tables in documents, and the golden vectors
   claims   lists the numbers in README and the book with what proves each, and fails for those without proof
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the command; --help lists its options
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         ["release", "--dry-run"] => dist::release::dry_run(&root, &mut report),
         ["c", folder] => install_c(&root, &mut report, folder),
         ["paper"] => report.step("PAPER.md", 1.0, || paper::check(&root)),
+        ["generate"] => tests::build(&root).and_then(|programs| tests::generate(&programs)),
         ["claims"] => claims::print(&root).and_then(|()| report.step("claims", 1.0, || claims::check(&root))),
         ["explorer", "--try"] => bindings::explorer_test(&root, &mut report),
         ["lab"] => lab::check(&root, &mut report, false),

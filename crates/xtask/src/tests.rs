@@ -6,7 +6,7 @@
 //! The programs print JSON (the unstable format of the standard test harness), so that the next program starts while
 //! the last tests of the one before still run, a test that hangs has a name, and the report has times.
 
-use crate::run::{Slow, run_json};
+use crate::run::{Slow, run as run_command, run_json};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -164,6 +164,24 @@ fn harness(file: &Path) -> Command {
     let mut command = Command::new(file);
     command.args(["-Z", "unstable-options", "--format", "json"]).env("RUSTC_BOOTSTRAP", "1");
     command
+}
+
+/// Runs the tests that write what they would compare: those whose names begin with `generated_`.
+///
+/// # Errors
+/// The first program that fails.
+pub fn generate(programs: &[Program]) -> Result<(), String> {
+    for program in programs {
+        let name = |test: &Test| test.name.rsplit("::").next().is_some_and(|name| name.starts_with("generated_"));
+        let chosen: Vec<&str> = program.tests.iter().filter(|t| name(t)).map(|t| t.name.as_str()).collect();
+        if !chosen.is_empty() {
+            let mut command = Command::new(&program.file);
+            command.args(["--exact", "--include-ignored"]).args(chosen).current_dir(&program.folder);
+            command.env("CARGO_MANIFEST_DIR", &program.folder).env("VELLUS_WRITE", "1");
+            run_command(&mut command)?;
+        }
+    }
+    Ok(())
 }
 
 /// Prints all tests that are not in `check`, with their tiers and reasons.
