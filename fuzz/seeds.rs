@@ -78,7 +78,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Textures are not copied: a text or binary layer alone refers to missing files.
     let alone = Scene { textures: Vec::new(), ..scene };
     let alone = Scene {
-        light_groups: Vec::new(),
         looks: alone.looks.into_iter().map(|look| Look { textured: Vec::new(), ..look }).collect(),
         surfaces: vec![Surface::diffuse("skin", [0.5; 3])],
         lights: alone.lights.into_iter().skip(1).collect(),
@@ -239,21 +238,23 @@ fn scene() -> Scene {
             pixels: vec![[0.1, 0.2, 0.3]; 4].into(),
             wrap: Default::default(),
         }],
-        lights: vec![
-            Light::Dome {
+        lights: [
+            LightShape::Dome {
                 radiance: [1.0; 3],
                 texture: Some(0),
                 rotation: Mat3::IDENTITY,
                 ground: Some(Ground { origin: Vec3::ZERO, height: 1.5, radius: 20.0 }),
             },
-            Light::Distant { direction: Vec3::Y, half_angle: 0.01, irradiance: [2.0; 3] },
-            Light::Rect { to_world: pose, radiance: [3.0; 3], texture: None },
-            Light::Disk { to_world: pose, radiance: [4.0; 3] },
-            Light::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
-            Light::Cylinder { center: Vec3::Y, half_axis: Vec3::X, radius: 0.5, radiance: [6.0; 3] },
-        ],
-        unseen_lights: vec![0, 3],
-        light_groups: ["sky", "sun", "key", "key", "lamp", "tube"].map(str::to_owned).to_vec(),
+            LightShape::Distant { direction: Vec3::Y, half_angle: 0.01, irradiance: [2.0; 3] },
+            LightShape::Rect { to_world: pose, radiance: [3.0; 3], texture: None },
+            LightShape::Disk { to_world: pose, radiance: [4.0; 3] },
+            LightShape::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
+            LightShape::Cylinder { center: Vec3::Y, half_axis: Vec3::X, radius: 0.5, radiance: [6.0; 3] },
+        ]
+        .into_iter()
+        .zip(["sky", "sun", "key", "key", "lamp", "tube"])
+        .map(|(shape, group)| Light { group: Some(group.to_owned()), visible: group != "key", ..shape.into() })
+        .collect(),
         camera: Some(Camera::look_at(Vec3::splat(9.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5)),
         units: Some(Units { meters_per_unit: 1.0, z_up: true }),
         ..Scene::default()

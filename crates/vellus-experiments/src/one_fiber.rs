@@ -8,7 +8,7 @@ use glam::{Mat3, Vec3, Vec4};
 use vellus::Fiber;
 use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
-use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+use vellus_scene::{Basis, Camera, Light, LightShape, Look, Scene, Strands};
 
 /// Radius of the fibre. The camera is so far away that all rays are parallel.
 const RADIUS: f32 = 0.1;
@@ -37,10 +37,12 @@ pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle:
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fiber", fiber)],
-        lights: vec![
-            Light::Distant { direction: light, half_angle, irradiance: [1.0; 3] },
-            Light::Dome { radiance: [dome; 3], texture: None, rotation: Mat3::IDENTITY, ground: None },
-        ],
+        lights: [
+            LightShape::Distant { direction: light, half_angle, irradiance: [1.0; 3] },
+            LightShape::Dome { radiance: [dome; 3], texture: None, rotation: Mat3::IDENTITY, ground: None },
+        ]
+        .map(Light::from)
+        .to_vec(),
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, FAR_AWAY), Vec3::ZERO, Vec3::Y, angle, aspect)),
         ..Scene::default()
     }

@@ -1,4 +1,4 @@
-//! Clumps: strands bend toward a central strand.
+//! Clumps: strands bend toward a central strand. Clumps differ in size and in strength.
 
 use crate::settings::{Clump, GrowSettings};
 use glam::{IVec3, Vec3};
@@ -39,14 +39,13 @@ impl Clumps {
         clumps
     }
 
-    /// Bends strand `i` toward the central strand with the nearest root, if there is one nearby.
+    /// Bends strand `i` toward a central strand with a root nearby, if there is one.
     pub fn gather(&self, i: usize, root: Vec3, line: &mut [Vec3]) {
         let Some(nearest) = self.nearest(root) else { return };
         let middle = &self.lines[nearest * line.len()..][..line.len()];
-        // Strengths vary, because all tips would meet in one point otherwise. The exponent is 0.5 plus a hash of the
-        // index in [0, 1].
+        // Strengths vary, because all tips would meet in one point otherwise. The mean of both factors is 1.
         let own = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
-        let strength = self.clump.strength.powf(0.5 + own);
+        let strength = self.clump.strength.powf((0.5 + own) * (0.6 + 0.8 * hash(!(nearest as u32))));
         let last = line.len() - 1;
         // If strands are far apart relative to their length, this would stretch them. No tip moves by more than half
         // the length of the strand.
@@ -63,11 +62,20 @@ impl Clumps {
         ((root - self.origin) / self.cell).floor().as_ivec3()
     }
 
+    /// The nearest central strand. Distances have a weight for each clump, so that some clumps are larger.
     fn nearest(&self, root: Vec3) -> Option<usize> {
         let cell = self.cell_of(root);
         let offset = |i: i32| IVec3::new(i % 3, i / 3 % 3, i / 9) - 1;
         let near = (0..27).filter_map(|i| self.grid.get(&cell.saturating_add(offset(i)))).flatten();
-        let distance = |&i: &&u32| self.roots[*i as usize].distance_squared(root);
+        let distance = |&i: &&u32| self.roots[*i as usize].distance_squared(root) * (0.4 + 1.2 * hash(*i));
         near.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|&i| i as usize)
     }
+}
+
+/// A random number in [0, 1] for an index.
+pub(crate) fn hash(i: u32) -> f32 {
+    let mut h = i.wrapping_mul(0x9e37_79b9);
+    h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
+    h = (h ^ h >> 12).wrapping_mul(0x297a_2d39);
+    (h ^ h >> 15) as f32 / u32::MAX as f32
 }

@@ -106,6 +106,9 @@ pub struct Group {
     /// Waviness: how far tips deviate, as a share of the length; 0 or more [default: 0.05].
     #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub noise: Option<f32>,
+    /// Share of stray strands, which are in no clump and lie in less order; [0, 1] [default: 0.02].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
+    pub stray: Option<f32>,
     /// Share of guard hairs; [0, 1] [default: 0.15, or 0 with several groups].
     #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub guard_share: Option<f32>,
@@ -255,6 +258,7 @@ impl Group {
             curl: self.curl.or(other.curl),
             curl_turns: self.curl_turns.or(other.curl_turns),
             noise: self.noise.or(other.noise),
+            stray: self.stray.or(other.stray),
             guard_share: self.guard_share.or(other.guard_share),
             guard_length: self.guard_length.or(other.guard_length),
             guard_width: self.guard_width.or(other.guard_width),
@@ -369,6 +373,7 @@ impl Group {
             },
             curl_radius: length * not_negative("curl", self.curl, 0.0)?,
             curl_turns: checked("curl_turns", self.curl_turns, 2.0, |_| true, "finite")?,
+            stray: unit("stray", self.stray, 0.02)?,
             curl_variation: 1.0,
             noise: not_negative("noise", self.noise, 0.05)?,
             clearance: 0.0,

@@ -1,7 +1,7 @@
 //! Grows fur on a mesh.
 
 use crate::body::gradient;
-use crate::clumps::Clumps;
+use crate::clumps::{Clumps, hash};
 use crate::error::Error;
 use crate::roots::{Roots, Site};
 use crate::settings::{Draw, GrowSettings, Maps};
@@ -17,6 +17,9 @@ const FINEST: usize = 1 << 20;
 
 /// Strands are combed fully if the sine of the angle between comb and surface normal is at least this.
 const COMBED: f32 = 0.35;
+
+/// Factor of the variation of stray strands.
+const STRAY: f32 = 2.5;
 
 /// Grows strands on a mesh.
 ///
@@ -42,7 +45,9 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
         .enumerate()
         .map_init(Vec::new, |line, (i, points)| {
             let root = grower.line(i, line);
-            clumps.gather(i, root.site.position, line);
+            if !settings.is_stray(i) {
+                clumps.gather(i, root.site.position, line);
+            }
             grower.keep_outside(line);
             for (k, p) in line.iter().enumerate() {
                 let s = k as f32 / settings.segments as f32;
@@ -121,7 +126,8 @@ impl Grower<'_> {
         // bald. There they stand up, and their direction varies more.
         let combed = smoothstep(along.length() / (COMBED * comb.length()).max(f32::MIN_POSITIVE));
         // The deviation of this strand in azimuth and elevation (Box–Muller).
-        let (r, phi) = (settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
+        let wild = if settings.is_stray(i) { STRAY } else { 1.0 };
+        let (r, phi) = (wild * settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
         // Uncombed strands are upright, and deviate by the same angle in any direction.
         let (laid, lift) = if laid == Vec3::ZERO {
             (Quat::from_axis_angle(n, phi) * n.any_orthonormal_vector(), [FRAC_PI_2 - r; 2])
@@ -131,7 +137,7 @@ impl Grower<'_> {
             let upright = |angle: f32| FRAC_PI_2 + combed * (angle - FRAC_PI_2);
             (sideways, settings.lift.map(|angle| upright(angle) + r * phi.sin()))
         };
-        let wave = Wave::new(settings, length, &mut random);
+        let wave = Wave::new(settings, length, wild, &mut random);
 
         line.clear();
         line.push(site.position);
@@ -171,6 +177,13 @@ impl Grower<'_> {
     }
 }
 
+impl GrowSettings {
+    /// The central strands of clumps never are.
+    fn is_stray(&self, strand: usize) -> bool {
+        hash(strand as u32 ^ 0x5bd1_e995) < self.stray && !strand.is_multiple_of(self.clump.strands)
+    }
+}
+
 /// A smooth step from 0 to 1 over [0, 1].
 fn smoothstep(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
@@ -188,12 +201,13 @@ struct Wave {
 }
 
 impl Wave {
-    fn new(settings: &GrowSettings, length: f32, random: &mut impl FnMut() -> f32) -> Self {
+    fn new(settings: &GrowSettings, length: f32, wild: f32, random: &mut impl FnMut() -> f32) -> Self {
+        let curl_variation = (wild * settings.curl_variation).min(1.0);
         Wave {
             curl: settings.curl_radius * (0.7 + 0.6 * random()),
-            turns: settings.curl_turns * (1.0 + settings.curl_variation * (0.3 * random() - 0.15)),
-            phase: settings.curl_variation * TAU * random(),
-            noise: settings.noise * length,
+            turns: settings.curl_turns * (1.0 + curl_variation * (0.3 * random() - 0.15)),
+            phase: curl_variation * TAU * random(),
+            noise: wild * settings.noise * length,
             // 0.5 to 1.5 waves.
             frequency: [0.5 + random(), 0.5 + random()],
             phases: [TAU * random(), TAU * random()],

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::{GrowSettings, Maps, grow};
 use glam::Vec3;
 use vellus::Fiber;
-use vellus_scene::{Camera, Light, Look, Mesh, Scene, Surface};
+use vellus_scene::{Camera, LightShape, Look, Mesh, Scene, Surface};
 
 /// Half the side of the skin.
 const HALF: f32 = 1.0;
@@ -52,7 +52,9 @@ pub fn reference_coat(fiber: Fiber) -> Result<Scene, Error> {
         meshes: vec![skin],
         surfaces: vec![Surface::diffuse("skin", [1.0; 3])],
         looks: vec![Look::constant("fur", fiber)],
-        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }],
+        lights: vec![
+            LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }.into(),
+        ],
         camera: Some(Camera::look_at(Vec3::new(0.0, height, 0.0), Vec3::ZERO, Vec3::Z, angle, 1.0)),
         ..Scene::default()
     })

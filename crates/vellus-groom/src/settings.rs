@@ -48,6 +48,8 @@ pub struct GrowSettings {
     pub curl_radius: f32,
     /// Number of turns of the helix.
     pub curl_turns: f32,
+    /// Share of stray strands, in [0, 1]. They are in no clump, and their direction, curls and waves vary more.
+    pub stray: f32,
     /// How much the phases and turns of curls vary between strands, in [0, 1]. At 0, neighbours curl together. At 1,
     /// they curl independently.
     pub curl_variation: f32,
@@ -90,6 +92,7 @@ impl Default for GrowSettings {
             clump: Clump { strands: 0, strength: 0.5, power: 1.0 },
             curl_radius: 0.0,
             curl_turns: 0.0,
+            stray: 0.0,
             curl_variation: 1.0,
             noise: 0.02,
             clearance: 0.0,
@@ -136,6 +139,7 @@ impl GrowSettings {
         positive("clump.power", self.clump.power)?;
         not_negative("curl_radius", self.curl_radius)?;
         check("curl_turns", self.curl_turns, true, "it must be finite")?;
+        fraction("stray", self.stray)?;
         fraction("curl_variation", self.curl_variation)?;
         not_negative("noise", self.noise)?;
         not_negative("clearance", self.clearance)

@@ -15,7 +15,7 @@ use vellus_open::{Opened, Options, Staging, Warning};
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Display, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
-use vellus_scene::{Light, Look, Profile, Scene, Shaping, Strands, Surface, Tint};
+use vellus_scene::{Light, LightShape, Look, Profile, Scene, Shaping, Strands, Surface, Tint};
 
 /// What a command asks of the engine.
 #[derive(Debug)]
@@ -323,13 +323,7 @@ impl Session {
             .map(|(i, set)| (i, looks[set.look].1.varying(set, &self.own[i], &looks[set.look].0.fiber)))
             .collect();
         let plain = looks.iter().map(|(look, _)| look.clone()).collect();
-        let before = self.world.set_looks(plain, varying).map_err(|error| error.to_string())?;
-        if let Err(error) = self.now.model.apply(&mut self.world) {
-            // The looks before were valid, so this cannot fail.
-            let plain = self.now.looks.iter().map(|(look, _)| look.clone()).collect();
-            let _ = self.world.set_looks(plain, before);
-            return Err(error.to_string());
-        }
+        self.world.set_looks(plain, varying).map_err(|error| error.to_string())?;
         self.now.looks = looks;
         Ok(Effect::Restart)
     }
@@ -346,25 +340,21 @@ impl Session {
     fn shown_lights(&self, factor: f32) -> Vec<Light> {
         let turn = Quat::from_axis_angle(self.up, self.now.azimuth.to_radians());
         let around = Mat4::from_translation(self.middle) * Mat4::from_quat(turn) * Mat4::from_translation(-self.middle);
-        let changed = |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| {
-            change(light, factor * gain, Mat4::from_translation(*shift) * around)
-        };
-        self.lights.iter().zip(&self.now.changes).map(changed).collect()
-    }
-
-    /// The shapings of the lights after all changes.
-    fn shown_shapings(&self) -> Vec<(usize, Shaping)> {
-        let turn = Quat::from_axis_angle(self.up, self.now.azimuth.to_radians());
         let side = |profile: Profile| Profile { side: turn * profile.side, ..profile };
         let turned =
             |shaping: Shaping| Shaping { axis: turn * shaping.axis, profile: shaping.profile.map(side), ..shaping };
-        self.rest.shapings.iter().map(|(light, shaping)| (*light, turned(*shaping))).collect()
+        let changed = |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| Light {
+            shape: change(&light.shape, factor * gain, Mat4::from_translation(*shift) * around),
+            shaping: light.shaping.map(turned),
+            ..light.clone()
+        };
+        self.lights.iter().zip(&self.now.changes).map(changed).collect()
     }
 
     fn set_lights(&mut self) -> Result<Effect, String> {
         let lights = self.shown_lights(1.0);
         if !lights.is_empty() {
-            self.world.set_lights(&lights, &self.shown_shapings()).map_err(|error| error.to_string())?;
+            self.world.set_lights(&lights).map_err(|error| error.to_string())?;
         }
         Ok(Effect::Restart)
     }
@@ -445,24 +435,22 @@ impl Session {
     }
 
     /// The lights, to write them. Lights that the file does not have get the exposure that `vellus render` gives them.
+    fn written_lights(&self) -> impl Iterator<Item = Light> {
+        self.shown_lights(self.metered.exp2()).into_iter().map(without_image)
+    }
+
+    /// The lights alone, without links.
     pub fn lamps(&self) -> Scene {
-        let lights = self.shown_lights(self.metered.exp2()).into_iter().map(without_image).collect();
-        Scene {
-            lights,
-            light_groups: self.rest.light_groups.clone(),
-            unseen_lights: self.rest.unseen_lights.clone(),
-            shapings: self.shown_shapings(),
-            units: self.rest.units,
-            ..Scene::default()
-        }
+        let lights = self.written_lights().map(|light| Light { link: None, ..light }).collect();
+        Scene { lights, units: self.rest.units, ..Scene::default() }
     }
 
     /// The whole scene as it is shown, without images.
     pub fn scene(&self) -> Scene {
         let strands = self.world.curves().strands().to_vec();
         let looks = self.now.looks.iter().map(|(look, _)| Look { textured: vec![], ..look.clone() }).collect();
-        let Scene { lights, shapings, .. } = self.lamps();
-        Scene { strands, looks, lights, shapings, camera: Some(self.orbit.camera()), ..self.rest.clone() }
+        let lights = self.written_lights().collect();
+        Scene { strands, looks, lights, camera: Some(self.orbit.camera()), ..self.rest.clone() }
     }
 
     /// The values of all controls.
@@ -481,10 +469,10 @@ impl Session {
         let [can_undo, can_redo] = self.history.can();
         let light = |((name, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| LightState {
             name: name.clone(),
-            kind: light.kind(),
+            kind: light.shape.kind(),
             gain: *gain,
             shift: shift.to_array(),
-            movable: !matches!(light, Light::Dome { .. } | Light::Distant { .. }),
+            movable: !matches!(light.shape, LightShape::Dome { .. } | LightShape::Distant { .. }),
         };
         let strands: usize = self.world.curves().strands().iter().map(Strands::len).sum();
         State {
@@ -535,10 +523,6 @@ fn rest(scene: &Scene) -> Scene {
         instances: scene.instances.clone(),
         reflectance: scene.reflectance,
         surfaces: scene.surfaces.iter().map(plain).collect(),
-        light_groups: scene.light_groups.clone(),
-        unseen_lights: scene.unseen_lights.clone(),
-        shapings: scene.shapings.clone(),
-        links: scene.links.clone(),
         units: scene.units,
         ..Scene::default()
     }
@@ -546,37 +530,37 @@ fn rest(scene: &Scene) -> Scene {
 
 /// A light whose image is replaced by its colour.
 fn without_image(mut light: Light) -> Light {
-    if let Light::Dome { texture, .. } | Light::Rect { texture, .. } = &mut light {
+    if let LightShape::Dome { texture, .. } | LightShape::Rect { texture, .. } = &mut light.shape {
         *texture = None;
     }
     light
 }
 
-/// A light after a change: its emission times `gain`, and moved. Domes and distant lights only turn.
-fn change(light: &Light, gain: f32, motion: Mat4) -> Light {
+/// The shape of a light after a change: its emission times `gain`, and moved. Domes and distant lights only turn.
+fn change(shape: &LightShape, gain: f32, motion: Mat4) -> LightShape {
     let scaled = |color: &[f32; 3]| color.map(|c| c * gain);
     let turn = Mat3::from_mat4(motion);
-    let mut light = light.clone();
-    match &mut light {
-        Light::Dome { radiance, rotation, .. } => (*radiance, *rotation) = (scaled(radiance), turn * *rotation),
-        Light::Distant { direction, irradiance, .. } => {
+    let mut shape = shape.clone();
+    match &mut shape {
+        LightShape::Dome { radiance, rotation, .. } => (*radiance, *rotation) = (scaled(radiance), turn * *rotation),
+        LightShape::Distant { direction, irradiance, .. } => {
             (*direction, *irradiance) = ((turn * *direction).normalize(), scaled(irradiance));
         }
-        Light::Rect { to_world, radiance, .. } | Light::Disk { to_world, radiance } => {
+        LightShape::Rect { to_world, radiance, .. } | LightShape::Disk { to_world, radiance } => {
             (*to_world, *radiance) = (motion * *to_world, scaled(radiance));
         }
-        Light::Point { position, intensity } => {
+        LightShape::Point { position, intensity } => {
             (*position, *intensity) = (motion.transform_point3(*position), scaled(intensity));
         }
-        Light::Sphere { center, radiance, .. } => {
+        LightShape::Sphere { center, radiance, .. } => {
             (*center, *radiance) = (motion.transform_point3(*center), scaled(radiance));
         }
-        Light::Cylinder { center, half_axis, radiance, .. } => {
+        LightShape::Cylinder { center, half_axis, radiance, .. } => {
             (*center, *half_axis) = (motion.transform_point3(*center), turn * *half_axis);
             *radiance = scaled(radiance);
         }
     }
-    light
+    shape
 }
 
 #[cfg(test)]
@@ -590,12 +574,13 @@ mod tests {
         let quarter = Mat4::from_rotation_z(std::f32::consts::FRAC_PI_2);
         let shift = Mat4::from_translation(Vec3::Z);
         let motion = shift * Mat4::from_translation(middle) * quarter * Mat4::from_translation(-middle);
-        let tube = Light::Cylinder { center: middle + Vec3::X, half_axis: Vec3::X, radius: 0.1, radiance: [1.0; 3] };
-        let Light::Cylinder { center, half_axis, radiance, .. } = change(&tube, 2.0, motion) else { panic!() };
+        let tube =
+            LightShape::Cylinder { center: middle + Vec3::X, half_axis: Vec3::X, radius: 0.1, radiance: [1.0; 3] };
+        let LightShape::Cylinder { center, half_axis, radiance, .. } = change(&tube, 2.0, motion) else { panic!() };
         assert!(center.abs_diff_eq(middle + Vec3::Y + Vec3::Z, 1e-6) && half_axis.abs_diff_eq(Vec3::Y, 1e-6));
         assert_eq!(radiance, [2.0; 3]);
-        let sun = Light::Distant { direction: Vec3::X, half_angle: 0.0, irradiance: [1.0; 3] };
-        let Light::Distant { direction, .. } = change(&sun, 1.0, motion) else { panic!() };
+        let sun = LightShape::Distant { direction: Vec3::X, half_angle: 0.0, irradiance: [1.0; 3] };
+        let LightShape::Distant { direction, .. } = change(&sun, 1.0, motion) else { panic!() };
         assert!(direction.abs_diff_eq(Vec3::Y, 1e-6));
     }
 
@@ -616,9 +601,9 @@ mod tests {
         assert!(!file.meshes.is_empty() && !file.lights.is_empty());
         assert_eq!(file.strands[0].points, shown.strands[0].points);
         assert!(file.camera.is_some() && file.units == shown.units);
-        let emission = |light: &Light| match light {
-            Light::Dome { radiance, .. } | Light::Rect { radiance, .. } => radiance[0],
-            Light::Distant { irradiance, .. } => irradiance[0],
+        let emission = |light: &Light| match &light.shape {
+            LightShape::Dome { radiance, .. } | LightShape::Rect { radiance, .. } => radiance[0],
+            LightShape::Distant { irradiance, .. } => irradiance[0],
             other => panic!("{other:?}"),
         };
         let (before, after) = (emission(&session.lights[0].1), emission(&file.lights[0]));

@@ -9,7 +9,7 @@ use vellus::{Fiber, Species};
 use vellus_io::Sources;
 use vellus_render::session::{End, Event, Identity, Job, Options, Picture};
 use vellus_render::{Layer, Lod, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+use vellus_scene::{Basis, Camera, LightShape, Look, Scene, Strands};
 
 /// Five hundred bent strands on a disk, under a lamp.
 fn scene() -> Scene {
@@ -37,7 +37,7 @@ fn scene() -> Scene {
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("red-fox", Fiber::preset(Species::RedFox))],
-        lights: vec![Light::Sphere { center: Vec3::new(2.0, 4.0, 2.0), radius: 0.8, radiance: [20.0; 3] }],
+        lights: vec![LightShape::Sphere { center: Vec3::new(2.0, 4.0, 2.0), radius: 0.8, radiance: [20.0; 3] }.into()],
         camera: Some(Camera::look_at(Vec3::new(0.0, 2.0, 3.0), Vec3::Y * 0.2, Vec3::Y, 0.7, 1.5)),
         ..Scene::default()
     }

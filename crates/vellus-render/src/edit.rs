@@ -9,7 +9,7 @@ use crate::shown::Reflectance;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use vellus::{Fiber, FiberFrame, Parameter};
-use vellus_scene::{Camera, Error, Light, Look, Shaping, Strands, Values};
+use vellus_scene::{Camera, Error, Light, Look, Strands, Values};
 
 /// Parameters that vary over a set of strands: see [`Strands::varying`].
 pub type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
@@ -56,17 +56,12 @@ impl World {
     }
 
     /// Replaces the looks, and the parameters that vary over some sets of strands in world space: `varying` has
-    /// indices of [`Curves::strands`]. Returns the values that varied before. The hierarchies stay.
-    ///
-    /// [`World::set_model`] must follow: the models are still those of the looks before.
+    /// indices of [`Curves::strands`]. The hierarchies stay.
     ///
     /// # Errors
-    /// [`Error`] if a look is invalid, or the number of looks or values does not match. Nothing changes then.
-    pub fn set_looks(
-        &mut self,
-        looks: Vec<Look>,
-        varying: Vec<(usize, Varying)>,
-    ) -> Result<Vec<(usize, Varying)>, Error> {
+    /// [`Error`] if a look is invalid, if the number of looks or values does not match, or if the model refuses a fibre.
+    /// Nothing changes then.
+    pub fn set_looks(&mut self, looks: Vec<Look>, varying: Vec<(usize, Varying)>) -> Result<(), Error> {
         if looks.len() != self.geometry.looks.len() {
             return Err(invalid("looks", "a change of looks keeps their number"));
         }
@@ -79,36 +74,46 @@ impl World {
                 return Err(invalid(&strands.name, "the number of values is not that of its strands or points"));
             }
         }
-        let curves = &mut self.geometry.curves;
-        let swap = |(set, varying)| (set, std::mem::replace(curves.varying_mut(set), varying));
-        let before = varying.into_iter().map(swap).collect();
-        self.geometry.looks = looks;
+        let varied = self.swap_varying(varying);
+        let looked = std::mem::replace(&mut self.geometry.looks, looks);
         self.resolve();
-        self.update_colors();
-        Ok(before)
+        match self.fibers.rebuilt(&self.geometry) {
+            Ok(fibers) => {
+                self.fibers = fibers;
+                self.update_colors();
+                Ok(())
+            }
+            Err(error) => {
+                self.swap_varying(varied);
+                self.geometry.looks = looked;
+                Err(error)
+            }
+        }
     }
 
-    /// Replaces the lights and their shapings: as many as before, of the same lights, with the same textures. Their
-    /// links and groups stay.
+    /// Replaces values that vary over sets of strands. Returns those before.
+    fn swap_varying(&mut self, varying: Vec<(usize, Varying)>) -> Vec<(usize, Varying)> {
+        let curves = &mut self.geometry.curves;
+        let swap = |(set, varying)| (set, std::mem::replace(curves.varying_mut(set), varying));
+        varying.into_iter().map(swap).collect()
+    }
+
+    /// Replaces the lights: as many as before, with the same textures. Groups and links must stay as they are.
     ///
     /// # Errors
-    /// [`Error`] if a light or a shaping is invalid, or their number differs. The lights are then as before.
-    pub fn set_lights(&mut self, lights: &[Light], shapings: &[(usize, Shaping)]) -> Result<(), Error> {
-        let shaped = |shapings: &[(usize, Shaping)]| shapings.iter().map(|(light, _)| *light).collect::<Vec<_>>();
-        if lights.len() != self.geometry.groups.len() || shaped(shapings) != shaped(&self.lighting.shapings) {
-            return Err(invalid("lights", "a change of lights keeps their number and which of them have a shaping"));
+    /// [`Error`] if a light is invalid, or their number differs. The lights are then as before.
+    pub fn set_lights(&mut self, lights: &[Light]) -> Result<(), Error> {
+        if lights.len() != self.geometry.groups.len() {
+            return Err(invalid("lights", "a change of lights keeps their number"));
         }
         let textures = &self.geometry.textures;
-        shapings.iter().try_for_each(|(_, shaping)| shaping.validate(textures.len()))?;
         lights.iter().try_for_each(|light| light.validate(textures.len()))?;
-        self.lighting.shapings = shapings.to_vec();
         self.geometry.lights = Lights::new(lights, &self.lighting, textures);
         Ok(())
     }
 
     /// Replaces the strands in world space: as many sets as before, each with the look that it had. `curves` may be
-    /// built on another thread while this world is rendered. [`World::set_model`] must follow: the models depend on
-    /// whether values vary.
+    /// built on another thread while this world is rendered.
     ///
     /// # Errors
     /// [`Error`] if the number of sets or a look differs. The strands are then as before.
@@ -126,6 +131,8 @@ impl World {
         self.geometry.set_view(self.geometry.view);
         self.geometry.reflectance = Reflectance::Dense;
         self.resolve();
+        // The looks are those of before, and the model took them.
+        self.fibers = self.fibers.rebuilt(&self.geometry)?;
         self.update_colors();
         Ok(())
     }

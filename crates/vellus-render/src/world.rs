@@ -16,7 +16,7 @@ use crate::shading::fibers::Fibers;
 use crate::shown::{self, Reflectance, Shown};
 use std::sync::Arc;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Camera, Error, Light, ReflectanceOf, Scene, Strands};
+use vellus_scene::{Camera, Error, LightShape, ReflectanceOf, Scene, Strands};
 
 /// A scene prepared for rays: hierarchies over its strands and meshes, distributions over its lights, and a reflectance
 /// model for each of its fibres.
@@ -73,7 +73,8 @@ impl World {
         };
         let radius = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
         let groups = LightGroups::new(&scene);
-        let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+        let white =
+            LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
         let sets = std::iter::once(&scene.strands).chain(scene.prototypes.iter().map(|prototype| &prototype.strands));
         let before = |sets: &Vec<Strands>| {
             let count = |n: &mut u32, s: &Strands| Some(std::mem::replace(n, n.wrapping_add(s.len() as u32)));
@@ -83,15 +84,9 @@ impl World {
         let colors = scene.all_strands().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
         let own = [scene.strands.len(), scene.meshes.len()];
         let count = scene.strands.iter().fold(0u32, |n, set| n.wrapping_add(set.len() as u32));
-        let is_linked = !scene.links.is_empty();
-        let lighting = Lighting {
-            unseen: scene.unseen_lights.clone(),
-            shapings: scene.shapings.clone(),
-            links: scene.links.clone(),
-            things: if is_linked { scene.object_names().map(str::to_owned).collect() } else { Vec::new() },
-            reach: radius,
-        };
-        let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
+        let things = if scene.is_linked() { scene.object_names().map(str::to_owned).collect() } else { Vec::new() };
+        let lighting = Lighting { things, reach: radius };
+        let lights = if scene.lights.is_empty() { vec![white.into()] } else { scene.lights };
         let mut instances = Instances::new(scene.prototypes, &scene.instances, own, count);
         let lights = Lights::new(&lights, &lighting, &scene.textures);
         let (curves, view) = (Curves::new(scene.strands), View::new(camera));

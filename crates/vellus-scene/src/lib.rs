@@ -19,7 +19,7 @@
 //!     look: 0,
 //!     varying: Vec::new(),
 //! };
-//! let sky = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+//! let sky = LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
 //! let scene = Scene {
 //!     strands: vec![hair],
 //!     looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
@@ -54,7 +54,7 @@ pub use camera::{Camera, Fit};
 pub use custom::{Custom, CustomValues, Per};
 pub use error::Error;
 pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
-pub use light::{Ground, Light, Profile, Shaping};
+pub use light::{Ground, Light, LightShape, Profile, Shaping};
 pub use link::{Link, MAX_LINKED, Objects};
 pub use look::{Look, ReflectanceOf, Value};
 pub use mesh::{Mesh, NormalMap, Opacity, SKIN, Surface, Tint};

@@ -1,12 +1,61 @@
 //! Lights, with the shapes of UsdLux.
 
 use crate::error::{Error, invalid};
+use crate::link::Link;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 
-/// A light. Radiance is linear RGB. Rectangles and disks emit toward −z of their own frame, spheres and cylinders
-/// outward.
+/// A light.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Light {
+pub struct Light {
+    /// What emits, and how much.
+    pub shape: LightShape,
+    /// Its group. The renderer can write the light of each group as a separate layer. The name has 1 to 64 letters,
+    /// digits, `_` or `-`. Without one, the light is a group of its own: [`crate::Scene::light_group_names`].
+    pub group: Option<String>,
+    /// Whether the camera sees it directly. It illuminates the scene in any case.
+    pub visible: bool,
+    /// How the emission depends on the direction. Domes and distant lights have none.
+    pub shaping: Option<Shaping>,
+    /// Which objects it lights, which of them cast shadows, and gains. Without one, it lights everything.
+    pub link: Option<Link>,
+}
+
+/// A visible light without group, shaping and link.
+impl From<LightShape> for Light {
+    fn from(shape: LightShape) -> Self {
+        Light { shape, group: None, visible: true, shaping: None, link: None }
+    }
+}
+
+impl Light {
+    /// Checks the shape, the name of the group, the shaping and the link. `textures` is the number of textures of the
+    /// scene.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for the first problem.
+    pub fn validate(&self, textures: usize) -> Result<(), Error> {
+        self.shape.validate(textures)?;
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if let Some(name) = &self.group
+            && (!(1..=64).contains(&name.len()) || !name.chars().all(plain))
+        {
+            let what = "a light group's name has 1 to 64 letters, digits, _ or -";
+            return Err(invalid("lights", format!("'{name}': {what}")));
+        }
+        if let Some(shaping) = &self.shaping {
+            shaping.validate(textures)?;
+            if matches!(self.shape, LightShape::Dome { .. } | LightShape::Distant { .. }) {
+                return Err(invalid("lights", format!("a {} light cannot have a shaping", self.shape.kind())));
+            }
+        }
+        self.link.iter().try_for_each(Link::validate)
+    }
+}
+
+/// The shape of a light, and its emission. Radiance is linear RGB. Rectangles and disks emit toward −z of their own
+/// frame, spheres and cylinders outward.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightShape {
     /// Infinitely distant light from all directions: radiance times a lat-long texture. In the light's own frame, the
     /// centre of the texture is at −z and its top at +y.
     Dome {
@@ -179,17 +228,17 @@ pub struct Ground {
     pub radius: f32,
 }
 
-impl Light {
+impl LightShape {
     /// The kind of the light: `dome`, `distant`, `rect`, `disk`, `point`, `sphere` or `cylinder`.
     pub fn kind(&self) -> &'static str {
         match self {
-            Light::Dome { .. } => "dome",
-            Light::Distant { .. } => "distant",
-            Light::Rect { .. } => "rect",
-            Light::Disk { .. } => "disk",
-            Light::Point { .. } => "point",
-            Light::Sphere { .. } => "sphere",
-            Light::Cylinder { .. } => "cylinder",
+            LightShape::Dome { .. } => "dome",
+            LightShape::Distant { .. } => "distant",
+            LightShape::Rect { .. } => "rect",
+            LightShape::Disk { .. } => "disk",
+            LightShape::Point { .. } => "point",
+            LightShape::Sphere { .. } => "sphere",
+            LightShape::Cylinder { .. } => "cylinder",
         }
     }
 
@@ -200,22 +249,24 @@ impl Light {
     /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self, textures: usize) -> Result<(), Error> {
         let (place, color, texture, finite) = match self {
-            Light::Dome { radiance, texture, rotation, ground } => {
+            LightShape::Dome { radiance, texture, rotation, ground } => {
                 let positive = |x: f32| x.is_finite() && x > 0.0;
                 let laid = |g: &Ground| g.origin.is_finite() && positive(g.height) && positive(g.radius);
                 ("dome light", radiance, *texture, rotation.is_finite() && ground.iter().all(laid))
             }
-            Light::Distant { direction, half_angle, irradiance } => {
+            LightShape::Distant { direction, half_angle, irradiance } => {
                 let finite = direction.is_finite() && direction.length() > 0.0 && half_angle.is_finite();
                 ("distant light", irradiance, None, finite && *half_angle >= 0.0)
             }
-            Light::Rect { to_world, radiance, texture } => ("rect light", radiance, *texture, to_world.is_finite()),
-            Light::Disk { to_world, radiance } => ("disk light", radiance, None, to_world.is_finite()),
-            Light::Point { position, intensity } => ("point light", intensity, None, position.is_finite()),
-            Light::Sphere { center, radius, radiance } => {
+            LightShape::Rect { to_world, radiance, texture } => {
+                ("rect light", radiance, *texture, to_world.is_finite())
+            }
+            LightShape::Disk { to_world, radiance } => ("disk light", radiance, None, to_world.is_finite()),
+            LightShape::Point { position, intensity } => ("point light", intensity, None, position.is_finite()),
+            LightShape::Sphere { center, radius, radiance } => {
                 ("sphere light", radiance, None, center.is_finite() && radius.is_finite() && *radius > 0.0)
             }
-            Light::Cylinder { center, half_axis, radius, radiance } => {
+            LightShape::Cylinder { center, half_axis, radius, radiance } => {
                 let length = half_axis.length();
                 let finite = center.is_finite() && length.is_finite() && radius.is_finite();
                 ("cylinder light", radiance, None, finite && length > 0.0 && *radius > 0.0)

@@ -4,8 +4,8 @@ use crate::camera::Camera;
 use crate::custom::Custom;
 use crate::error::{Error, invalid};
 use crate::instances::{Instance, Prototype};
-use crate::light::{Light, Shaping};
-use crate::link::{Link, MAX_LINKED};
+use crate::light::Light;
+use crate::link::MAX_LINKED;
 use crate::look::{Look, ReflectanceOf};
 use crate::mesh::{Mesh, Opacity, Surface, Tint};
 use crate::strands::Strands;
@@ -34,17 +34,6 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights.
     pub lights: Vec<Light>,
-    /// The group of each light. The renderer can write the light of each group as a separate layer. Names have 1 to 64
-    /// letters, digits, `_` or `-`. If the list is empty, each light is a group.
-    pub light_groups: Vec<String>,
-    /// Indices of lights that the camera does not see directly. They illuminate the scene all the same.
-    pub unseen_lights: Vec<usize>,
-    /// Indices of lights whose emission depends on the direction, and how. A light has at most one shaping. Domes and
-    /// distant lights have none.
-    pub shapings: Vec<(usize, Shaping)>,
-    /// Indices of lights that light some objects only, lack the shadows of some, or have gains. A light has at most
-    /// one link. The others light everything.
-    pub links: Vec<(usize, Link)>,
     /// What the camera sees where there is no object. If it is `None`, it sees the domes and distant lights there.
     pub background: Option<Tint>,
     /// The camera. If it is `None`, the renderer uses [`Scene::framing`].
@@ -81,18 +70,20 @@ impl Scene {
         self.object_names().count()
     }
 
-    /// The group of each light: [`Scene::light_groups`], or the kind of the light, with a number from the second of a
-    /// kind.
+    /// The group of each light: [`Light::group`], or the kind of the light, with a number from the second of a kind.
     pub fn light_group_names(&self) -> Vec<String> {
-        if !self.light_groups.is_empty() {
-            return self.light_groups.clone();
-        }
-        let kinds: Vec<&str> = self.lights.iter().map(Light::kind).collect();
-        let name = |i: usize| match kinds[..i].iter().filter(|&&kind| kind == kinds[i]).count() {
+        let kinds: Vec<&str> = self.lights.iter().map(|light| light.shape.kind()).collect();
+        let numbered = |i: usize| match kinds[..i].iter().filter(|&&kind| kind == kinds[i]).count() {
             0 => kinds[i].to_owned(),
             n => format!("{}{}", kinds[i], n + 1),
         };
-        (0..kinds.len()).map(name).collect()
+        let lights = self.lights.iter().enumerate();
+        lights.map(|(i, light)| light.group.clone().unwrap_or_else(|| numbered(i))).collect()
+    }
+
+    /// Whether any light has a link.
+    pub fn is_linked(&self) -> bool {
+        self.lights.iter().any(|light| light.link.is_some())
     }
 
     /// Checks the whole scene. A renderer accepts every valid scene.
@@ -136,37 +127,7 @@ impl Scene {
         }
         self.looks.iter().try_for_each(|look| look.validate(self.textures.len()))?;
         self.lights.iter().try_for_each(|light| light.validate(self.textures.len()))?;
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if let Some(name) = self.light_groups.iter().find(|n| !(1..=64).contains(&n.len()) || !n.chars().all(plain)) {
-            let what = "a light group's name has 1 to 64 letters, digits, _ or -";
-            return Err(invalid("lights", format!("'{name}': {what}")));
-        }
-        if !self.light_groups.is_empty() && self.light_groups.len() != self.lights.len() {
-            let (groups, lights) = (self.light_groups.len(), self.lights.len());
-            return Err(invalid("lights", format!("there are {groups} groups for {lights} lights")));
-        }
-        if let Some(index) = self.unseen_lights.iter().find(|&&index| index >= self.lights.len()) {
-            let count = self.lights.len();
-            return Err(invalid("lights", format!("light {index} is not visible, but there are {count} lights")));
-        }
-        for (index, shaping) in &self.shapings {
-            shaping.validate(self.textures.len())?;
-            match self.lights.get(*index) {
-                Some(Light::Dome { .. } | Light::Distant { .. }) | None => {
-                    let what = format!("light {index} has a shaping, but it is no light with a position");
-                    return Err(invalid("lights", what));
-                }
-                Some(_) => {}
-            }
-        }
-        for (index, link) in &self.links {
-            link.validate()?;
-            if *index >= self.lights.len() {
-                let count = self.lights.len();
-                return Err(invalid("lights", format!("light {index} has a link, but there are {count} lights")));
-            }
-        }
-        if !self.links.is_empty() && self.lights.len().saturating_mul(self.objects()) > MAX_LINKED {
+        if self.is_linked() && self.lights.len().saturating_mul(self.objects()) > MAX_LINKED {
             let (lights, objects) = (self.lights.len(), self.objects());
             let what =
                 format!("{lights} lights times {objects} objects are more than {MAX_LINKED}: too many for links");
@@ -189,10 +150,15 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::Profile;
+    use crate::light::{LightShape, Profile, Shaping};
+    use crate::link::Link;
     use crate::{Basis, Values};
     use glam::Vec4;
     use vellus::Fiber;
+
+    fn dome() -> Light {
+        LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }.into()
+    }
 
     fn scene() -> Scene {
         let strands = Strands {
@@ -205,7 +171,8 @@ mod tests {
             look: 0,
             varying: vec![(crate::Parameter::G, Values::PerStrand(vec![[0.2; 3], [0.3; 3]]))],
         };
-        Scene { strands: vec![strands], looks: vec![Look::constant("white", Fiber::hair())], ..Scene::default() }
+        let looks = vec![Look::constant("white", Fiber::hair())];
+        Scene { strands: vec![strands], looks, lights: vec![dome()], ..Scene::default() }
     }
 
     /// Gives κ a texture with a scale in its last channel.
@@ -231,7 +198,7 @@ mod tests {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 19] = [
+        let broken: [(Break, &str); 16] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -241,28 +208,25 @@ mod tests {
             (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
             (|s| textured(s, 1, 0.5), "white: kappa has the texture 1, but the scene has 0"),
             (|s| textured(s, 0, f32::INFINITY), "white: kappa has a texture with the scale [0.0, 0.0, inf]"),
-            (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
-            (|s| s.shapings = vec![(0, aimed(1.0))], "lights: light 0 has a shaping, but it is no light"),
-            (|s| s.shapings = vec![(0, aimed(0.0))], "shaping of a light: its axis must not be zero"),
+            (|s| s.lights[0].shaping = Some(aimed(1.0)), "lights: a dome light cannot have a shaping"),
+            (|s| s.lights[0].shaping = Some(aimed(0.0)), "shaping of a light: its axis must not be zero"),
             (
-                |s| s.shapings = vec![(0, Shaping { tint: [0.0, -1.0, 0.0], ..aimed(1.0) })],
+                |s| s.lights[0].shaping = Some(Shaping { tint: [0.0, -1.0, 0.0], ..aimed(1.0) }),
                 "shaping of a light: no channel of its tint",
             ),
             (
                 |s| {
-                    s.shapings =
-                        vec![(0, Shaping { profile: Some(Profile { texture: 0, side: Vec3::Y }), ..aimed(1.0) })]
+                    let profile = Some(Profile { texture: 0, side: Vec3::Y });
+                    s.lights[0].shaping = Some(Shaping { profile, ..aimed(1.0) });
                 },
                 "its profile is texture 0, but there are only 0",
             ),
-            (|s| s.links = vec![(0, Link::default())], "lights: light 0 has a link, but there are 0 lights"),
             (
-                |s| s.links = vec![(0, Link { diffuse: -1.0, ..Link::default() })],
+                |s| s.lights[0].link = Some(Link { diffuse: -1.0, ..Link::default() }),
                 "link of a light: its gains are -1 and",
             ),
-            (|s| s.unseen_lights = vec![2], "lights: light 2 is not visible, but there are 0 lights"),
             (|s| s.background = Some(Tint { color: [-1.0; 3], texture: None }), "background: its colour is"),
-            (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),
+            (|s| s.lights[0].group = Some("key.left".to_owned()), "'key.left': a light group's name"),
         ];
         for (change, message) in broken {
             let mut scene = scene();
@@ -274,11 +238,10 @@ mod tests {
 
     #[test]
     fn lights_without_groups_have_the_name_of_their_kind() {
-        let dome = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
-        let ball = Light::Sphere { center: Vec3::ZERO, radius: 1.0, radiance: [1.0; 3] };
-        let mut scene = Scene { lights: vec![ball.clone(), dome, ball], ..scene() };
-        assert_eq!(scene.light_group_names(), ["sphere", "dome", "sphere2"]);
-        scene.light_groups = ["a", "b", "a"].map(str::to_owned).to_vec();
-        assert_eq!((scene.light_group_names(), scene.validate()), (scene.light_groups.clone(), Ok(())));
+        let ball = Light::from(LightShape::Sphere { center: Vec3::ZERO, radius: 1.0, radiance: [1.0; 3] });
+        let key = Light { group: Some("key".to_owned()), ..dome() };
+        let scene = Scene { lights: vec![ball.clone(), dome(), ball, key], ..scene() };
+        assert_eq!(scene.light_group_names(), ["sphere", "dome", "sphere2", "key"]);
+        assert_eq!(scene.validate(), Ok(()));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use vellus_groom::scene;
-use vellus_scene::{Light, Scene};
+use vellus_scene::{LightShape, Scene};
 
 /// A built-in scene with other pigment or light: `SCENE:white` has no pigment, `SCENE:black` much. `SCENE@front` has a
 /// sun behind the camera, `SCENE@back` one behind the object, `SCENE@sky` a white sky.
@@ -21,15 +21,12 @@ pub fn varied(name: &str) -> Result<Scene, Box<dyn Error>> {
         let direction = (if light == "back" { -away } else { away } + 0.5 * up).normalize();
         // The studio would hide a sun behind the object.
         scene.meshes.retain(|mesh| light != "back" || !["backdrop", "ground"].contains(&mesh.name.as_str()));
-        scene.lights = vec![if light == "sky" {
-            Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }
+        let shape = if light == "sky" {
+            LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }
         } else {
-            Light::Distant { direction, half_angle: 0.0047, irradiance: [3.0; 3] }
-        }];
-        scene.light_groups.clear();
-        scene.unseen_lights.clear();
-        scene.shapings.clear();
-        scene.links.clear();
+            LightShape::Distant { direction, half_angle: 0.0047, irradiance: [3.0; 3] }
+        };
+        scene.lights = vec![shape.into()];
     }
     Ok(scene)
 }

@@ -20,15 +20,15 @@ fn hashes(scenes: &[(&'static str, &str)], more: &[&str]) -> Vec<(&'static str, 
 #[test]
 fn small_scenes_have_the_same_pixels_as_before() {
     let expected = [
-        ("hair-lock", "56a512771ac6404b"),
-        ("raccoon", "ca049cda966440f2"),
-        ("hamster", "5de6cf1f785245bd"),
-        ("cat", "8c129b97d7ed9f72"),
-        ("hair", "eedb040418c37cd5"),
-        ("polar-bear", "ca545d6da95b0978"),
-        ("hamsters", "e575e4e4df6bcea7"),
-        ("hair-bob", "746c7d2f0f63edc0"),
-        ("hair-curls", "da9546624eceed31"),
+        ("hair-lock", "f84046c793e8477b"),
+        ("raccoon", "a7215d45e627f70b"),
+        ("hamster", "a533f1922b57a835"),
+        ("cat", "8176add75cc41c37"),
+        ("hair", "7ed35f526f9f803d"),
+        ("polar-bear", "c755bd6bdd51ea7a"),
+        ("hamsters", "f09d8b69edcdc70d"),
+        ("hair-bob", "0bc2bedb567ad8bb"),
+        ("hair-curls", "23576f71b210da54"),
     ];
     assert_eq!(hashes(&expected, &["--small"]), expected.map(|(scene, hash)| (scene, hash.to_owned())));
 }

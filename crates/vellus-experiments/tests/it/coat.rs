@@ -56,7 +56,6 @@ fn grown_fur_shows_what_is_asked() {
             let mut looks = world.looks().to_vec();
             looks[0].fiber = looks[0].fiber.with_color(Color::Reflectance(color)).unwrap();
             world.set_looks(looks, Vec::new()).unwrap();
-            world.set_model(vellus::Bcsdf::new).unwrap();
             delta_e2000(color.map(f64::from), seen(&world))
         });
         let found = [errors.iter().sum::<f64>() / 7.0, errors.iter().copied().fold(0.0, f64::max)];

@@ -5,7 +5,7 @@ use glam::Vec3;
 use vellus::{Bcsdf, Parameter};
 use vellus_gpu::Tracer;
 use vellus_render::{Film, Layer, Mode, Settings, World};
-use vellus_scene::{Light, Profile, Scene, Shaping, Texture, Values};
+use vellus_scene::{LightShape, Profile, Scene, Shaping, Texture, Values};
 use vellus_testing::significance::max_abs_z;
 
 fn settings(size: [usize; 2]) -> Settings {
@@ -22,15 +22,16 @@ fn with_profiles(name: &str) -> Scene {
     let pixels = (0..12).map(|i| [1.0 + (7 * i % 5) as f32; 3]).collect();
     let profile = Profile { texture: scene.textures.len(), side: Vec3::new(0.3, -0.4, 0.8) };
     scene.textures.push(Texture { name: "lamp".to_owned(), width: 4, height: 3, pixels, wrap: Default::default() });
-    let lamps = scene.lights.iter().enumerate().filter_map(|(i, light)| match light {
-        Light::Rect { to_world, .. } => Some((i, -to_world.z_axis.truncate())),
-        Light::Sphere { center, .. } => Some((i, -*center)),
-        _ => None,
-    });
     let shaping =
         |axis| Shaping { axis, cone: 1.5, softness: 0.5, focus: 4.0, tint: [0.2, 0.4, 0.1], profile: Some(profile) };
-    scene.shapings = lamps.map(|(light, axis)| (light, shaping(axis))).collect();
-    assert!(!scene.shapings.is_empty(), "{name} has no lamp");
+    for light in &mut scene.lights {
+        light.shaping = match light.shape {
+            LightShape::Rect { to_world, .. } => Some(shaping(-to_world.z_axis.truncate())),
+            LightShape::Sphere { center, .. } => Some(shaping(-center)),
+            _ => None,
+        };
+    }
+    assert!(scene.lights.iter().any(|light| light.shaping.is_some()), "{name} has no lamp");
     scene
 }
 
@@ -192,12 +193,9 @@ fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device() else { return Ok(()) };
     let mut scene = built_in("hamster");
     scene.meshes.clear();
-    scene.unseen_lights.clear();
-    scene.shapings.clear();
-    scene.links.clear();
     scene.background = None;
-    let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
-    scene.lights = vec![white];
+    let white = LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+    scene.lights = vec![white.into()];
     scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
     for look in &mut scene.looks {
         look.fiber = look.fiber.without_absorption();

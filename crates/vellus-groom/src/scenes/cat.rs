@@ -12,7 +12,7 @@ use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use vellus::Species;
-use vellus_scene::{Camera, Light, Scene};
+use vellus_scene::{Camera, LightShape, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
@@ -31,7 +31,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             name: "cat".to_owned(),
             count: 267_000,
             segments: 9,
-            length: 0.9,
+            length: 1.0,
             length_variation: 0.32,
             radius: [0.005, 0.0012],
             guard_share: 0.15,
@@ -40,11 +40,13 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             spread: 0.14,
             gravity: 0.1,
             clump: Clump { strands: 20, strength: 0.5, power: 1.5 },
+            stray: 0.02,
             noise: 0.055,
             ..GrowSettings::default()
         },
         fiber: preset(Species::Cat),
         melanin: &melanin,
+        patch: 4.0,
         bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.5,
     }
@@ -90,14 +92,11 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         [0.42, 0.36, 0.31],
     );
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
-    scene.lights.push(Light::Dome {
-        radiance: [0.4, 0.45, 0.52],
-        texture: None,
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
+    scene.lights.push(
+        LightShape::Dome { radiance: [0.26, 0.29, 0.34], texture: None, rotation: Mat3::IDENTITY, ground: None }.into(),
+    );
     let eye = target + 150.0 * view;
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 18.5f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 17f32.to_radians(), 1.5));
     Ok(scene)
 }
 
@@ -150,8 +149,10 @@ pub(super) fn body() -> Body {
         .ellipsoid(head(12.1, 30.25, 1.2), [1.5, 1.2, 1.4], straight, 0.7, face, 0.35)
         .ellipsoid(head(6.4, 36.2, 3.7), [0.8, 2.8, 2.5], ear, 1.0, up, 0.4)
         .cone(head(6.3, 37.2, 4.3), 1.2, head(6.1, 39.4, 5.2), 0.35, 1.4, 0.35)
-        .ellipsoid(head(7.3, 36.6, 3.95), [0.85, 2.3, 1.6], ear, 0.5, up, 0.3)
+        .ellipsoid(head(7.3, 36.6, 3.95), [0.85, 2.3, 1.6], ear, 0.5, up, 0.04)
         .carved()
+        // Long hair from the front of the ear covers its hollow.
+        .ellipsoid(head(7.5, 35.4, 2.6), [0.5, 0.9, 0.4], straight, 0.5, Flow::Along(Vec3::new(0.2, 1.0, 0.5)), 2.0)
         .mirrored_z(first)
 }
 

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::grow::grow;
 use crate::polygonize::polygonize;
 use crate::roots::Site;
+use crate::scenes::noise::noise;
 use crate::settings::{Draw, GrowSettings, Maps};
 use glam::{Vec2, Vec3};
 use vellus::{Color, Fiber};
@@ -29,6 +30,8 @@ pub(super) struct Coat<'a> {
     pub fiber: Fiber,
     /// Concentrations of eumelanin and pheomelanin that give the colour in a hair without medulla.
     pub melanin: &'a (dyn Fn(Vec3, &Draw) -> [f32; 2] + Sync),
+    /// Size of the patches in which the direction and length of the fur deviate.
+    pub patch: f32,
     /// Spheres without fur, such as eyes and noses.
     pub bare: Vec<(Vec3, f32)>,
     /// Brightness of the skin relative to fur of the same colour.
@@ -81,11 +84,19 @@ impl Coat<'_> {
     }
 
     fn fur(&self, mesh: &Mesh, small: bool) -> Result<Strands, Error> {
-        let coat = |site: &Site| self.body.coat(site.position, self.soft);
-        // Short fur is denser, so that coverage is the same.
+        let coat = |site: &Site| {
+            let (way, length) = self.body.coat(site.position, self.soft);
+            // Fur is in order on faces and feet, where it is short.
+            let uneven = smoothstep(0.3, 1.5, length / self.settings.length);
+            let at = |offset: f32| noise(site.position / self.patch + Vec3::splat(offset));
+            let turn = 0.4 * uneven * way.length() * Vec3::new(at(0.0), at(5.0), at(11.0));
+            (way + turn, length * (1.0 + 0.2 * uneven * at(17.0)))
+        };
+        // Short fur is denser, so that coverage is the same. Parts with almost no length are bare.
         let density = |site: &Site| {
             let bare = self.bare.iter().any(|(center, radius)| site.position.distance(*center) < *radius);
-            if bare { 0.0 } else { coat(site).1.max(0.1).powf(-0.8) }
+            let length = coat(site).1;
+            if bare { 0.0 } else { smoothstep(0.0, 0.08, length) * length.max(0.1).powf(-0.8) }
         };
         // With a wider medulla, light passes through less cortex. The same colour needs more pigment.
         let pigment = 1.0 / (1.0 - self.fiber.kappa);

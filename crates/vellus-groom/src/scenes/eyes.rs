@@ -2,12 +2,16 @@
 
 use super::coat::smoothstep;
 use super::props;
+use super::tube::tube;
 use glam::{Mat3, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 use vellus_scene::{Mesh, Scene, Surface, Texture, Tint, Wrap};
 
 /// Width and height of the texture of an eyeball.
 const SIZE: usize = 96;
+
+/// Points around the opening of the lids.
+const AROUND: u32 = 48;
 
 /// An eye. Angles are in radians, seen from the centre of the eyeball.
 #[derive(Clone, Copy)]
@@ -50,7 +54,9 @@ impl Eye {
         let frame = eye.frame();
         let surface = Surface {
             color: Tint { color: [1.0; 3], texture: Some(scene.textures.len()) },
-            ..props::glossy("eye", [0.0; 3], 0.06)
+            // The cornea.
+            ior: 1.376,
+            ..props::glossy("eye", [0.0; 3], 0.02)
         };
         props::ellipsoid(scene, eye.center, Vec3::splat(eye.radius), Quat::IDENTITY, surface);
         scene.textures.push(eye.texture());
@@ -63,8 +69,11 @@ impl Eye {
             ball.uv = Some(ball.triangles.iter().map(|t| t.map(uv)).collect());
         }
         let lids = eye.lids(scene.surfaces.len());
+        // The tear line, along the edge of the lower lid.
+        let edge = lids.positions[AROUND as usize / 2..AROUND as usize].to_vec();
         scene.meshes.push(lids);
         scene.surfaces.push(props::glossy("eyelid", eye.lid, 0.45));
+        tube(scene, &edge, 0.06 * eye.radius, props::glossy("tear line", eye.lid, 0.05));
     }
 
     fn texture(&self) -> Texture {
@@ -90,7 +99,6 @@ impl Eye {
 
     /// A shell around the eyeball with an opening in front.
     fn lids(&self, surface: usize) -> Mesh {
-        const AROUND: u32 = 48;
         /// Angle beyond the edge of the opening, and distance from the centre relative to the radius.
         const PROFILE: [(f32, f32); 6] =
             [(0.0, 0.98), (0.02, 1.05), (0.07, 1.1), (0.16, 1.11), (0.4, 1.08), (0.9, 1.0)];

@@ -3,7 +3,7 @@
 use super::coat::smoothstep;
 use glam::{Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
-use vellus_scene::{Light, Scene, Texture, Wrap};
+use vellus_scene::{LightShape, Scene, Texture, Wrap};
 
 const WIDTH: usize = 256;
 const HEIGHT: usize = 128;
@@ -21,7 +21,7 @@ pub(super) fn glow(scene: &mut Scene, center: Vec3, reach: f32, bright: Vec3, da
     });
     let pixels = pixels.collect();
     let texture = Some(scene.textures.len());
-    scene.lights.push(Light::Dome { radiance: [1.0; 3], texture, rotation: Mat3::IDENTITY, ground: None });
+    scene.lights.push(LightShape::Dome { radiance: [1.0; 3], texture, rotation: Mat3::IDENTITY, ground: None }.into());
     scene.textures.push(Texture {
         name: "studio".to_owned(),
         width: WIDTH,

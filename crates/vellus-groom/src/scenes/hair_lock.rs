@@ -27,8 +27,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         // Several thin locks curl together.
         clump: Clump { strands: count / 9, strength: 0.85, power: 0.4 },
         curl_radius: 1.5,
-        curl_turns: 3.8,
-        curl_variation: 0.12,
+        curl_turns: 3.0,
+        stray: 0.04,
+        curl_variation: 0.25,
         noise: 0.02,
         seed: 4,
         ..GrowSettings::default()

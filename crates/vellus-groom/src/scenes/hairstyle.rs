@@ -1,6 +1,7 @@
 //! Hairstyles of the mannequin.
 
-use super::coat::FEWER;
+use super::coat::{FEWER, smoothstep};
+use super::human::hairline;
 use crate::settings::{Clump, GrowSettings};
 use glam::Vec3;
 
@@ -31,8 +32,9 @@ impl Hairstyle {
             clump: Clump { strands: 240, strength: 0.66, power: 0.75 },
             curl_radius: 1.2,
             curl_turns: 3.2,
-            curl_variation: 0.16,
-            noise: 0.012,
+            stray: 0.012,
+            curl_variation: 0.2,
+            noise: 0.015,
             clearance: 0.35,
             ..GrowSettings::default()
         };
@@ -45,7 +47,7 @@ impl Hairstyle {
         let settings = GrowSettings {
             segments: 32,
             length: 20.0,
-            length_variation: 0.02,
+            length_variation: 0.06,
             radius: [0.005, 0.004],
             spread: 0.04,
             gravity: 6.0,
@@ -54,7 +56,7 @@ impl Hairstyle {
             noise: 0.006,
             ..settings
         };
-        Hairstyle { settings, cut: Some(-9.5), melanin: [[4.0, 0.1], [2.0, 0.1]], framing: [-5.0, 11.5] }
+        Hairstyle { settings, cut: Some(-9.5), melanin: [[2.6, 0.1], [2.2, 0.1]], framing: [-5.0, 11.5] }
     }
 
     /// Dense dark curls that stand away from the head.
@@ -64,7 +66,7 @@ impl Hairstyle {
             segments: 48,
             seed: 6,
             length: 21.0,
-            length_variation: 0.12,
+            length_variation: 0.2,
             radius: [0.0042, 0.003],
             lift: [0.75, 0.4],
             spread: 0.14,
@@ -72,8 +74,9 @@ impl Hairstyle {
             clump: Clump { strands: 130, strength: 0.9, power: 0.4 },
             curl_radius: 0.75,
             curl_turns: 6.5,
-            curl_variation: 0.4,
-            noise: 0.012,
+            stray: 0.03,
+            curl_variation: 1.0,
+            noise: 0.02,
             ..settings
         };
         Hairstyle { settings, cut: None, melanin: [[1.6, 0.3], [1.0, 0.2]], framing: [-2.0, 14.0] }
@@ -81,8 +84,9 @@ impl Hairstyle {
 
     /// Factor of the length of a strand that grows at `p`.
     pub fn length(&self, p: Vec3) -> f32 {
-        // Strands from the crown first cover the way to the side of the head.
-        self.cut.map_or(1.0, |cut| (p.y - cut + 0.5 * (8.0 - p.z.abs()).max(0.0)) / self.settings.length)
+        // Hair is shorter at the hairline. Strands from the crown first cover the way to the side of the head.
+        let short = 0.6 + 0.4 * smoothstep(-0.5, 1.0, hairline(p));
+        short * self.cut.map_or(1.0, |cut| (p.y - cut + 0.5 * (8.0 - p.z.abs()).max(0.0)) / self.settings.length)
     }
 
     /// The settings of its strands.

@@ -55,17 +55,19 @@ pub(super) fn animal(small: bool, preset: Preset) -> Result<Scene, Error> {
             length_variation: 0.25,
             radius: [0.003, 0.0008],
             guard_share: 0.15,
-            guard_scale: [1.25, 1.3],
+            guard_scale: [1.6, 1.3],
             lift: [0.8, 0.35],
             spread: 0.15,
             gravity: 0.1,
             clump: Clump { strands: 60, strength: 0.5, power: 1.5 },
+            stray: 0.03,
             noise: 0.05,
             ..GrowSettings::default()
         },
         // The paper uses the fibre of a mouse for the hamster.
         fiber: preset(Species::Mouse),
         melanin: &melanin,
+        patch: 1.6,
         bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.6,
     }
@@ -143,7 +145,7 @@ pub(super) fn body() -> Body {
     // Full cheek pouches, ears, hands in front of the chest, thighs and flat hind feet.
     body.ellipsoid([3.9, 6.35, 1.7], [1.65, 1.4, 1.45], straight, 0.7, face, 0.6)
         .ellipsoid([1.9, 9.75, 1.8], [0.3, 0.85, 0.85], ear, 0.3, up, 0.14)
-        .ellipsoid([2.25, 9.85, 1.97], [0.32, 0.62, 0.6], ear, 0.15, up, 0.1)
+        .ellipsoid([2.25, 9.85, 1.97], [0.32, 0.62, 0.6], ear, 0.15, up, 0.03)
         .carved()
         .cone([2.3, 4.8, 2.4], 0.95, [4.7, 4.0, 1.9], 0.5, 0.4, 0.35)
         .cone([4.7, 4.0, 1.9], 0.42, [5.5, 4.1, 1.45], 0.3, 0.2, 0.08)

@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f32::consts::{FRAC_PI_2, PI};
 use vellus::Fiber;
-use vellus_scene::{Camera, Instance, Light, Look, Mesh, Parameter, Prototype, Scene, Strands};
+use vellus_scene::{Camera, Instance, LightShape, Look, Mesh, Parameter, Prototype, Scene, Strands};
 
 /// Number of hamsters.
 const COUNT: usize = 100;
@@ -48,12 +48,15 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.instances = herd();
     scene.instances.extend(meadow());
     props::ground(&mut scene, 20_000.0, [0.09, 0.1, 0.045]);
-    scene.lights.push(Light::Dome {
-        radiance: [1.0; 3],
-        texture: Some(scene.textures.len()),
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
+    scene.lights.push(
+        LightShape::Dome {
+            radiance: [1.0; 3],
+            texture: Some(scene.textures.len()),
+            rotation: Mat3::IDENTITY,
+            ground: None,
+        }
+        .into(),
+    );
     scene.textures.push(sky::sky(Vec3::new(0.55, 0.75, 0.6)));
     let eye = Vec3::new(285.0, 46.0, 0.0);
     let camera = Camera::look_at(eye, Vec3::new(0.0, 4.4, 0.0), Vec3::Y, 21f32.to_radians(), 1.5);
@@ -73,7 +76,7 @@ fn herd() -> Vec<Instance> {
         let (sin, cos) = (GOLDEN_ANGLE * i as f32).sin_cos();
         let off = SPACING / 7.0 * Vec3::new(random(), 0.0, random());
         // The cube makes large turns rare.
-        let turn = Quat::from_rotation_y(PI * random().powi(3));
+        let turn = Quat::from_rotation_y(PI * random().powi(3)) * Quat::from_rotation_z(0.12 * random());
         let size = 0.93 + 0.1 * random();
         let mirror = if random() < 0.0 { -1.0 } else { 1.0 };
         let root = radius * Vec3::new(cos, 0.0, sin) + off;
@@ -142,7 +145,10 @@ fn blades(small: bool) -> Result<Strands, Error> {
     };
     // Blades lean with the wind, which changes slowly.
     let comb = |site: &Site| Vec3::new(noise(0.12 * site.position), 0.0, noise(0.12 * site.position + 7.0));
-    grow(&soil, &settings, &Maps { comb: &comb, color: Some((Parameter::SigmaMa, &color)), ..Maps::default() })
+    // Tufts.
+    let length = |site: &Site| 0.8 + 0.4 * noise(0.2 * site.position) + 0.4 * noise(0.6 * site.position);
+    let color = Some((Parameter::SigmaMa, &color as _));
+    grow(&soil, &settings, &Maps { comb: &comb, length: &length, color, ..Maps::default() })
 }
 
 /// A blade of grass: a wide core that scatters and has the pigment, and a rough surface.

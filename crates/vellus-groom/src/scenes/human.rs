@@ -3,6 +3,7 @@
 use super::coat::smoothstep;
 use super::glow::glow;
 use super::hairstyle::Hairstyle;
+use super::noise::noise;
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
@@ -30,7 +31,7 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let [light, more] = style.melanin;
     let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
     let maps = Maps {
-        density: &|site| f32::from(scalp(site.position)),
+        density: &|site| smoothstep(-0.6, 1.4, hairline(site.position)),
         length: &|site| style.length(site.position),
         comb: &|site| combed(site.position),
         color: Some((Parameter::Melanin, &color)),
@@ -48,7 +49,7 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let [height, field] = style.framing;
     let target = Vec3::new(-1.0, height, 0.0);
     scene.lights.push(props::window(Vec3::new(45.0, 85.0, 75.0), target, Vec2::splat(44.0), [29.0, 27.8, 26.0]));
-    scene.lights.push(props::window(Vec3::new(-95.0, 60.0, 10.0), target, Vec2::splat(45.0), [24.0, 24.8, 26.4]));
+    scene.lights.push(props::window(Vec3::new(-95.0, 60.0, 10.0), target, Vec2::splat(45.0), [20.0, 20.7, 22.0]));
     let view = Vec3::new(0.68, 0.06, 0.73).normalize();
     let behind = (0.1 * Vec3::NEG_Y - view).normalize();
     glow(&mut scene, behind, 0.4, Vec3::new(0.5, 0.52, 0.56), Vec3::new(0.16, 0.17, 0.2));
@@ -57,9 +58,9 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     Ok(scene)
 }
 
-/// Hair grows above a hairline that rises from the nape over the ears to the forehead.
-fn scalp(p: Vec3) -> bool {
-    p.y > -5.5 + 0.8 * (p.x + 9.0).max(0.0) && p.y > -6.0
+/// Height above the hairline, which rises from the nape over the ears to the forehead and is uneven.
+pub(super) fn hairline(p: Vec3) -> f32 {
+    (p.y + 5.5 - 0.8 * (p.x + 9.0).max(0.0)).min(p.y + 6.0) + 0.5 * noise(1.3 * p)
 }
 
 /// About the distance from a region in front of the face. Hair falls to both sides of it.
@@ -72,7 +73,7 @@ fn beside_face(p: Vec3) -> f32 {
 
 /// Hair is combed away from the parting, and backward in front of it.
 fn combed(p: Vec3) -> Vec3 {
-    let parting = 2.2;
+    let parting = 2.2 + 0.35 * noise(0.9 * Vec3::new(p.x, p.y, 0.0));
     let side = if p.z > parting { 1.0 } else { -1.0 };
     Vec3::new(-0.4 - 0.48 * p.x.max(0.0), -0.5, 1.3 * side)
 }

@@ -10,7 +10,7 @@ use crate::scenes::Preset;
 use crate::settings::{Clump, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use vellus::{Fiber, Species};
-use vellus_scene::{Camera, Light, Scene};
+use vellus_scene::{Camera, LightShape, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
@@ -35,12 +35,14 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             spread: 0.18,
             gravity: 0.25,
             clump: Clump { strands: 40, strength: 0.7, power: 1.3 },
+            stray: 0.03,
             noise: 0.06,
             ..GrowSettings::default()
         },
         // The refractive index of Yan17 Fig. 6, and the medulla of the dog, whose fit has almost no absorption.
         fiber: Fiber { eta: 1.45, ..preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
+        patch: 8.0,
         bare: [(eye, 1.0), (mirrored(eye), 1.0), (nose, 1.5)].into_iter().chain(lips()).collect(),
         // The skin of polar bears is black, but real bears have more hair to cover it.
         skin: 0.4,
@@ -91,12 +93,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     props::strip(&mut scene, &props::room(110.0, 190.0), forward, 1200.0, [0.62, 0.66, 0.72]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [8.6, 8.1, 7.3]));
-    scene.lights.push(Light::Dome {
-        radiance: [0.3, 0.36, 0.46],
-        texture: None,
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
+    scene.lights.push(
+        LightShape::Dome { radiance: [0.3, 0.36, 0.46], texture: None, rotation: Mat3::IDENTITY, ground: None }.into(),
+    );
     let eye = target + 190.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)

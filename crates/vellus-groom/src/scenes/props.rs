@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use vellus_scene::{Light, Mesh, Scene, Surface, Tint};
+use vellus_scene::{Light, LightShape, Mesh, Scene, Surface, Tint};
 
 /// A dark, wet surface for eyes and noses.
 pub(super) fn glossy(name: &str, color: [f32; 3], roughness: f32) -> Surface {
@@ -104,5 +104,5 @@ pub(super) fn window(from: Vec3, to: Vec3, size: Vec2, radiance: [f32; 3]) -> Li
     let x = Vec3::Y.cross(z).normalize_or(Vec3::X);
     let y = z.cross(x);
     let to_world = Mat4::from_cols((size.x * x).extend(0.0), (size.y * y).extend(0.0), z.extend(0.0), from.extend(1.0));
-    Light::Rect { to_world, radiance, texture: None }
+    LightShape::Rect { to_world, radiance, texture: None }.into()
 }

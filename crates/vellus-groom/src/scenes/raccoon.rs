@@ -13,7 +13,7 @@ use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec3};
 use vellus::Species;
-use vellus_scene::{Camera, Light, Scene};
+use vellus_scene::{Camera, LightShape, Scene};
 
 /// Points and radii of the tail, from the rump to its tip.
 const TAIL: [([f32; 3], f32); 6] = [
@@ -45,17 +45,19 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             length: 1.0,
             length_variation: 0.25,
             radius: [0.006, 0.0015],
-            guard_share: 0.25,
-            guard_scale: [1.45, 1.4],
+            guard_share: 0.2,
+            guard_scale: [1.7, 1.5],
             lift: [0.75, 0.3],
             spread: 0.16,
             gravity: 0.12,
             clump: Clump { strands: 45, strength: 0.75, power: 1.3 },
+            stray: 0.03,
             noise: 0.07,
             ..GrowSettings::default()
         },
         fiber: preset(Species::Raccoon),
         melanin: &melanin,
+        patch: 5.0,
         bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.5,
     }
@@ -65,7 +67,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         center: eye,
         radius: 0.82,
         gaze: Vec3::new(1.0, 0.08, 0.85),
-        opening: [1.15, 0.8, 0.7],
+        opening: [1.1, 0.55, 0.65],
         tilt: 0.18,
         iris: [0.03, 0.014, 0.007],
         iris_radius: 1.0,
@@ -96,12 +98,15 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     props::ellipsoid(&mut scene, nose, Vec3::new(0.75, 0.7, 0.95), Quat::IDENTITY, wet);
     props::ground(&mut scene, 20_000.0, [0.17, 0.18, 0.09]);
     grass::grass(&mut scene, &body, small);
-    scene.lights.push(Light::Dome {
-        radiance: [1.0; 3],
-        texture: Some(scene.textures.len()),
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
+    scene.lights.push(
+        LightShape::Dome {
+            radiance: [1.0; 3],
+            texture: Some(scene.textures.len()),
+            rotation: Mat3::IDENTITY,
+            ground: None,
+        }
+        .into(),
+    );
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
     let target = Vec3::new(-3.5, 15.5, 3.0);
     let eye = target + 150.0 * Vec3::new(0.76, 0.1, 0.65).normalize();
@@ -135,8 +140,8 @@ pub(super) fn body() -> Body {
     }
     let first = body.len();
     body.ellipsoid([23.4, 24.8, 4.2], [3.6, 3.4, 3.4], straight, 2.0, face, 1.7)
-        .ellipsoid([22.2, 32.2, 4.6], [0.9, 2.7, 2.1], Quat::from_rotation_x(0.35), 0.8, Flow::Along(Vec3::Y), 0.5)
-        .ellipsoid([23.3, 32.3, 4.7], [0.8, 1.9, 1.35], Quat::from_rotation_x(0.35), 0.5, Flow::Along(Vec3::Y), 0.5)
+        .ellipsoid([22.2, 32.2, 4.6], [0.9, 2.7, 2.1], Quat::from_rotation_x(0.35), 0.8, Flow::Along(Vec3::Y), 0.6)
+        .ellipsoid([23.3, 32.3, 4.7], [0.8, 1.9, 1.35], Quat::from_rotation_x(0.35), 0.5, Flow::Along(Vec3::Y), 0.04)
         .carved()
         .cone([12.0, 15.0, 4.8], 3.4, [13.2, 3.2, 5.0], 1.9, 2.5, 1.3)
         .cone([13.2, 2.0, 5.0], 1.7, [15.8, 1.15, 5.3], 1.05, 1.0, 0.45)

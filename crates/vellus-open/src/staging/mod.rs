@@ -58,10 +58,6 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
     scene.camera = Some(camera);
     if let Some(light) = &light {
         scene.lights.clear();
-        scene.light_groups.clear();
-        scene.unseen_lights.clear();
-        scene.shapings.clear();
-        scene.links.clear();
         studio.light(scene, light);
         if let Lighting::Image(path) = light {
             read(path, "light", &mut opened.sources)?;

@@ -3,7 +3,7 @@
 use super::Lighting;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
-use vellus_scene::{Camera, Light, Mesh, Scene, Surface, Texture, Wrap};
+use vellus_scene::{Camera, Light, LightShape, Mesh, Scene, Surface, Texture, Wrap};
 
 /// The reflectance of the cyclorama.
 const CYCLORAMA: [f32; 3] = [0.1; 3];
@@ -78,11 +78,9 @@ impl Studio {
 
     /// Adds lights to a scene without lights. The camera does not see them. An image is left to [`Studio::image`].
     pub fn light(&self, scene: &mut Scene, light: &Lighting) {
-        let dome = |radiance, texture| Light::Dome { radiance, texture, rotation: self.upright(), ground: None };
+        let dome = |radiance, texture| LightShape::Dome { radiance, texture, rotation: self.upright(), ground: None };
         let mut add = |group: &str, light| {
-            scene.unseen_lights.push(scene.lights.len());
-            scene.lights.push(light);
-            scene.light_groups.push(group.to_owned());
+            scene.lights.push(Light { group: Some(group.to_owned()), visible: false, ..Light::from(light) });
         };
         match light {
             Lighting::Studio => {
@@ -94,7 +92,7 @@ impl Studio {
             Lighting::Sun => {
                 let (toward, half_angle, irradiance) = SUN;
                 let half_angle = half_angle.to_radians();
-                add("sun", Light::Distant { direction: self.place(toward).normalize(), half_angle, irradiance });
+                add("sun", LightShape::Distant { direction: self.place(toward).normalize(), half_angle, irradiance });
                 add("sky", dome(BLUE, None));
             }
             Lighting::Sky => {
@@ -109,8 +107,8 @@ impl Studio {
     pub fn image(&self, scene: &mut Scene, image: Texture) {
         let texture = Some(scene.textures.len());
         scene.textures.push(image);
-        scene.lights.push(Light::Dome { radiance: [1.0; 3], texture, rotation: self.upright(), ground: None });
-        scene.light_groups.push("image".to_owned());
+        let dome = LightShape::Dome { radiance: [1.0; 3], texture, rotation: self.upright(), ground: None };
+        scene.lights.push(Light { group: Some("image".to_owned()), ..dome.into() });
     }
 
     /// The rotation of a dome whose top is up.
@@ -123,14 +121,14 @@ impl Studio {
         self.right * v.x + self.up * v.y + self.back * v.z
     }
 
-    fn panel(&self, panel: &Panel) -> Light {
+    fn panel(&self, panel: &Panel) -> LightShape {
         let z = self.place(panel.toward).normalize();
         let x = self.up.cross(z).normalize();
         let size = panel.size * self.reach;
         let from = self.middle + z * panel.distance * self.reach;
         let to_world =
             Mat4::from_cols((x * size).extend(0.0), (z.cross(x) * size).extend(0.0), z.extend(0.0), from.extend(1.0));
-        Light::Rect { to_world, radiance: [panel.radiance; 3], texture: None }
+        LightShape::Rect { to_world, radiance: [panel.radiance; 3], texture: None }
     }
 
     /// Adds a ground that bends up to a wall behind the subject. It fills the picture of the camera, also above and
@@ -283,12 +281,12 @@ mod tests {
         for z_up in [false, true] {
             let opened = staged(tuft(z_up, 1.0), &Staging::new(1.5));
             let scene = opened.scene;
-            assert_eq!((scene.lights.len(), &scene.unseen_lights[..]), (4, &[0, 1, 2, 3][..]));
-            assert_eq!(scene.light_groups, ["key", "fill", "rim", "ambient"]);
+            assert!(scene.lights.iter().all(|light| !light.visible));
+            assert_eq!(scene.light_group_names(), ["key", "fill", "rim", "ambient"]);
             let (low, high) = scene.bounds().unwrap();
             let up = scene.up();
             for light in &scene.lights[..3] {
-                let Light::Rect { to_world, .. } = light else { panic!() };
+                let LightShape::Rect { to_world, .. } = light.shape else { panic!() };
                 let from = to_world.w_axis.truncate();
                 // It emits toward −z of its frame, and it is above the middle of the subject.
                 assert!((0.5 * (low + high) - from).dot(to_world.z_axis.truncate()) < 0.0);
@@ -324,7 +322,7 @@ mod tests {
     #[test]
     fn what_a_scene_has_stays_unless_an_option_replaces_it() {
         let mut opened = tuft(false, 1.0);
-        let sun = Light::Distant { direction: Vec3::Y, half_angle: 0.0, irradiance: [1.0; 3] };
+        let sun = Light::from(LightShape::Distant { direction: Vec3::Y, half_angle: 0.0, irradiance: [1.0; 3] });
         opened.scene.lights = vec![sun.clone()];
         opened.scene.camera = opened.scene.framing(1.5);
         let own = opened.scene.clone();

@@ -98,7 +98,6 @@ fn another_colour_is_shown_in_the_same_world() {
     let mut looks = world.looks().to_vec();
     looks[0].fiber = looks[0].fiber.with_color(Color::Reflectance([0.3, 0.1, 0.03])).unwrap();
     world.set_looks(looks, Vec::new()).unwrap();
-    world.set_model(vellus::Bcsdf::new).unwrap();
     assert_eq!(world.shown(0), Some(&measured));
     let found = seen(&mut world);
     // The skin was that of a brighter coat when it was measured.

@@ -8,7 +8,7 @@ use crate::error::value;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use vellus::glam::{Mat3, Mat4, Vec3};
-use vellus_scene::{Camera, Fit, Light, Shaping};
+use vellus_scene::{Camera, Fit, Light, LightShape, Shaping};
 
 fn angle_of_view(fov: f32) -> PyResult<()> {
     if fov > 0.0 && fov < 180.0 { Ok(()) } else { Err(out_of_range("fov", fov, "in (0, 180) degrees")) }
@@ -72,24 +72,26 @@ impl Scene {
         // A lock of its own: arguments are read without it, because that may run code of Python.
         let all = self.lock().scene.textures.len();
         let texture = texture.map(|texture| known(all, texture, "texture")).transpose()?;
-        let light = match kind {
+        let shape = match kind {
             "dome" => {
                 let rotation = Mat3::from_mat4(to_world);
-                Light::Dome { radiance: color, texture, rotation, ground: None }
+                LightShape::Dome { radiance: color, texture, rotation, ground: None }
             }
             "distant" => {
                 let direction = arrow(direction, "direction")?;
-                Light::Distant {
+                LightShape::Distant {
                     direction: direction.normalize_or_zero(),
                     half_angle: angle.to_radians(),
                     irradiance: color,
                 }
             }
-            "rect" => Light::Rect { to_world, radiance: color, texture },
-            "disk" => Light::Disk { to_world, radiance: color },
-            "point" => Light::Point { position: vector(position, "position")?, intensity: color },
-            "sphere" => Light::Sphere { center: vector(position, "position")?, radius: size(radius)?, radiance: color },
-            _ => Light::Cylinder {
+            "rect" => LightShape::Rect { to_world, radiance: color, texture },
+            "disk" => LightShape::Disk { to_world, radiance: color },
+            "point" => LightShape::Point { position: vector(position, "position")?, intensity: color },
+            "sphere" => {
+                LightShape::Sphere { center: vector(position, "position")?, radius: size(radius)?, radiance: color }
+            }
+            _ => LightShape::Cylinder {
                 center: vector(position, "position")?,
                 half_axis: arrow(axis, "axis")?,
                 radius: size(radius)?,
@@ -97,24 +99,18 @@ impl Scene {
             },
         };
         let mut state = self.lock();
+        if cone.is_some() && matches!(shape, LightShape::Dome { .. } | LightShape::Distant { .. }) {
+            return Err(PyValueError::new_err(format!("cone: a {kind} light has none")));
+        }
+        let shaping = cone.map(|cone| {
+            let (cone, tint) = (cone.to_radians(), [0.0; 3]);
+            Shaping { axis: shape_axis, cone, softness, focus: 0.0, tint, profile: None }
+        });
+        let light = Light { shape, group, visible, shaping, link: None };
         light.validate(state.scene.textures.len()).map_err(value)?;
         let scene = state.change();
-        let index = scene.lights.len();
-        if let Some(cone) = cone {
-            if matches!(light, Light::Dome { .. } | Light::Distant { .. }) {
-                return Err(PyValueError::new_err(format!("cone: a {kind} light has none")));
-            }
-            let (cone, tint) = (cone.to_radians(), [0.0; 3]);
-            let shaping = Shaping { axis: shape_axis, cone, softness, focus: 0.0, tint, profile: None };
-            shaping.validate(0).map_err(value)?;
-            scene.shapings.push((index, shaping));
-        }
         scene.lights.push(light);
-        if !visible {
-            scene.unseen_lights.push(index);
-        }
-        state.groups.push(group);
-        Ok(index)
+        Ok(scene.lights.len() - 1)
     }
 
     /// Sets the camera.

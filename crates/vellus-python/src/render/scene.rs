@@ -24,8 +24,6 @@ use vellus_scene::{MAX_COORDINATE, Tint, Value};
 pub struct State {
     pub scene: vellus_scene::Scene,
     pub warnings: Vec<String>,
-    /// The group of each light, where one was given.
-    pub groups: Vec<Option<String>>,
     /// Whether the lights are set from the picture, because the file had none.
     pub is_metered: bool,
     pub is_transparent: bool,
@@ -204,18 +202,9 @@ impl Scene {
             ..vellus_open::Options::default()
         };
         let opened = crate::threads::run(py, |_| vellus_open::open(&path, &options))?.map_err(|e| with_causes(&e))?;
-        let names = opened.scene.light_groups.iter().cloned().map(Some);
-        let groups = names.chain(std::iter::repeat(None)).take(opened.scene.lights.len()).collect();
         let warnings = Warning::lines(&opened.warnings).into_iter().chain(opened.notes()).collect();
         let is_metered = opened.is_metered;
-        Ok(Scene(Mutex::new(State {
-            scene: opened.scene,
-            warnings,
-            groups,
-            is_metered,
-            is_transparent,
-            prepared: None,
-        })))
+        Ok(Scene(Mutex::new(State { scene: opened.scene, warnings, is_metered, is_transparent, prepared: None })))
     }
 
     /// What was left out or added when the scene was read, in words.
@@ -233,8 +222,7 @@ impl Scene {
     /// The names of the light groups, in the order of the layer `lights`.
     #[getter]
     fn light_groups(&self) -> Vec<String> {
-        let state = self.lock();
-        super::world::group_names(&state)
+        self.lock().scene.light_group_names()
     }
 
     /// The smallest and the largest coordinates, or `None` for an empty scene.

@@ -15,22 +15,12 @@ pub struct Prepared {
     pub stops: Option<f32>,
 }
 
-/// The names of the groups of all lights.
-pub fn group_names(state: &State) -> Vec<String> {
-    let scene = vellus_scene::Scene { lights: state.scene.lights.clone(), ..vellus_scene::Scene::default() };
-    let names = scene.light_group_names().into_iter().zip(&state.groups);
-    names.map(|(name, group)| group.clone().unwrap_or(name)).collect()
-}
-
 /// Prepares the scene. This takes seconds for large scenes.
 ///
 /// # Errors
 /// `ValueError` for an invalid scene.
 pub fn new(state: &State, settings: &Settings, lod: Lod) -> PyResult<Prepared> {
     let mut scene = state.scene.clone();
-    if state.groups.iter().any(Option::is_some) {
-        scene.light_groups = group_names(state);
-    }
     prepare(&mut scene, settings.size, 0.0, lod);
     let mut world = World::new(scene).map_err(value)?;
     let stops = if state.is_metered { world.metered() } else { None };

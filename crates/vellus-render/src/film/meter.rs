@@ -149,9 +149,9 @@ mod tests {
     use super::*;
     use glam::Mat3;
     use vellus::{Color, Fiber};
-    use vellus_scene::{Light, Look, Scene};
+    use vellus_scene::{LightShape, Look, Scene};
 
-    fn stops(light: Light, color: f32) -> Option<f32> {
+    fn stops(light: LightShape, color: f32) -> Option<f32> {
         let mut scene = vellus_groom::scene("cat", true).unwrap();
         // The ground hides half of a dome.
         scene.meshes.clear();
@@ -162,7 +162,7 @@ mod tests {
             strands.look = 0;
             strands.varying.clear();
         }
-        World::new(Scene { lights: vec![light], reflectance: vellus_scene::ReflectanceOf::Dense, ..scene })
+        World::new(Scene { lights: vec![light.into()], reflectance: vellus_scene::ReflectanceOf::Dense, ..scene })
             .unwrap()
             .metered()
     }
@@ -171,7 +171,7 @@ mod tests {
     /// the dome: a quarter of a stop.
     #[test]
     fn the_exposure_is_that_of_white_paper() {
-        let dome = |radiance: f32| Light::Dome {
+        let dome = |radiance: f32| LightShape::Dome {
             radiance: [radiance; 3],
             texture: None,
             rotation: Mat3::IDENTITY,
@@ -183,7 +183,7 @@ mod tests {
             assert_eq!(four, one - 2.0);
         }
         assert_eq!(stops(dome(0.0), 0.5), None);
-        let sun = |direction| Light::Distant { direction, half_angle: 0.0, irradiance: [std::f32::consts::PI; 3] };
+        let sun = |direction| LightShape::Distant { direction, half_angle: 0.0, irradiance: [std::f32::consts::PI; 3] };
         let [front, back] = [Vec3::Z, -Vec3::Z].map(|direction| stops(sun(direction), 0.5));
         // The mean of a ball in frontal light is 2/3. From behind, a third of its brightest place counts.
         let [front, back] = [front.unwrap(), back.unwrap()];

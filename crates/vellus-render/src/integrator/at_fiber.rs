@@ -6,7 +6,7 @@
 use super::color::{Rgb, largest, scale, times, weight};
 use super::path::{Path, shadow_t_max};
 use super::sampler::Sampler;
-use super::settings::Mode;
+use super::window::window_for;
 use crate::film::{Layer, nearest};
 use crate::geometry::curves::CurveHit;
 use crate::geometry::ray::Ray;
@@ -18,15 +18,14 @@ use vellus::{FiberFrame, Field, Lobe, Lobes, Model, Scattering, Window};
 /// A shadow ray is always traced if its contribution is at least this fraction of the contribution of an isotropic
 /// fibre. Fainter shadow rays are traced with proportional probability. The first number is for fibres that the camera
 /// sees, the second for all others. Measured: `docs/notes/2026-11-rendering.md`, "Shadow rays".
-const SHADOW_RAY_THRESHOLD: [f32; 2] = [0.25, 1.0];
+pub(crate) const SHADOW_RAY_THRESHOLD: [f32; 2] = [0.25, 1.0];
 
 /// The number of light samples at a fibre that the camera sees. All other hits use one. Measured:
 /// `docs/notes/2026-11-rendering.md`, "Light samples".
-const FIRST_LIGHTS: u32 = 2;
+pub(crate) const FIRST_LIGHTS: u32 = 2;
 
-/// A path with a lower throughput uses the near field. The far field would take three times as long and hardly reduce
-/// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
-const FAINT: f32 = 0.1;
+/// Rays leave a fibre from this many radii beside its axis, so that they do not hit it again.
+pub(crate) const BESIDE: f32 = 1.001;
 
 /// The lobes to which the gain of a light for diffuse parts applies: light that the medulla scattered.
 const DIFFUSE: [Lobe; 2] = [Lobe::Tts, Lobe::Trts];
@@ -48,7 +47,7 @@ impl Place {
     /// A ray that leaves toward `direction`, from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, t_max: f32) -> Ray {
         let out = self.frame.outward(direction);
-        let origin = self.frame.center() + out * (1.001 * self.frame.radius());
+        let origin = self.frame.center() + out * (BESIDE * self.frame.radius());
         Ray { origin, direction, t_max, time: self.time, detail: self.detail }
     }
 }
@@ -67,23 +66,14 @@ pub(super) fn at_fiber<M: Model>(
     let frame = &place.frame;
     let h = frame.offset(ray.at(hit.entry.t), -ray.direction);
     let wo = frame.to_local(-ray.direction);
-    let window = match path.settings.mode {
-        Mode::Near => Window::near(h),
-        Mode::Far => Window::far(),
-        Mode::MultiScale => match path.spread {
-            None => {
-                let pixel = geometry.view.pixel_width(path.settings.size, ray, hit.entry.t);
-                // Samples are already spread over the pixel. A cell of half a pixel keeps the picture as sharp as its
-                // filter.
-                Window::cell(h, 0.5 * frame.pixel_width(pixel), sampler.chance())
-            }
-            // D15: the far field, if the last scattering event spread the path over the whole width of the fibre.
-            Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius() && largest(path.throughput) >= FAINT => {
-                Window::far()
-            }
-            Some(_) => Window::near(h),
-        },
-    };
+    let width = 2.0 * frame.radius();
+    let window = window_for(
+        path.settings.mode,
+        h,
+        path.spread.map(|angle| (angle * hit.entry.t >= width, largest(path.throughput))),
+        || frame.pixel_width(geometry.view.pixel_width(path.settings.size, ray, hit.entry.t)),
+        || sampler.chance(),
+    );
     let mut made = None;
     let model = fibers.at(geometry, hit, &mut made);
     let window = match model.field() {

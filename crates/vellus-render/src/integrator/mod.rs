@@ -1,6 +1,6 @@
 //! The path tracer: camera rays, random numbers, and the paths of light.
 
-mod at_fiber;
+pub(crate) mod at_fiber;
 mod at_surface;
 pub mod cache;
 mod color;
@@ -9,3 +9,4 @@ pub mod path;
 pub mod sampler;
 pub mod settings;
 pub mod view;
+mod window;

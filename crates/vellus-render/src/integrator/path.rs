@@ -18,11 +18,11 @@ use std::f32::consts::PI;
 use vellus::{Bcsdf, Model};
 
 /// The number of scattering events without Russian roulette.
-const ROULETTE: u32 = 2;
+pub(crate) const ROULETTE: u32 = 2;
 
 /// A path survives with probability √(`SURVIVAL` × throughput).
 /// Measured: `docs/notes/2026-11-rendering.md`, "Russian roulette".
-const SURVIVAL: f32 = 2.0;
+pub(crate) const SURVIVAL: f32 = 2.0;
 
 /// The result of a path, besides the values of its channels.
 pub(crate) struct Seen {
@@ -57,6 +57,9 @@ pub(crate) trait Trace: Send + Sync {
 
     /// Is the model [`Bcsdf`]?
     fn is_bcsdf(&self) -> bool;
+
+    /// The same model for changed looks and strands.
+    fn rebuilt(&self, geometry: &Geometry) -> Result<Box<dyn Trace>, vellus_scene::Error>;
 }
 
 impl<M: Model + Send + 'static> Trace for Fibers<M> {
@@ -73,6 +76,10 @@ impl<M: Model + Send + 'static> Trace for Fibers<M> {
 
     fn is_bcsdf(&self) -> bool {
         TypeId::of::<M>() == TypeId::of::<Bcsdf<'static>>()
+    }
+
+    fn rebuilt(&self, geometry: &Geometry) -> Result<Box<dyn Trace>, vellus_scene::Error> {
+        Ok(Box::new(Fibers::rebuilt(self, geometry)?))
     }
 }
 
@@ -173,7 +180,7 @@ impl Path<'_> {
 }
 
 /// The length of a shadow ray relative to the distance of the light: it ends a little before the light.
-const BEFORE: f32 = 0.9999;
+pub(crate) const BEFORE: f32 = 0.9999;
 
 /// The length of a shadow ray.
 pub(crate) fn shadow_t_max(sample: &LightSample) -> f32 {

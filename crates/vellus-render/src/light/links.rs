@@ -1,7 +1,7 @@
 //! Light linking: classes of things that the same lights reach, and the things that cast shadows in each light.
 
 use std::collections::{HashMap, HashSet};
-use vellus_scene::{Link, Objects};
+use vellus_scene::{Light, Link, Objects};
 
 /// The links of all lights. Things are sets of strands first, then meshes.
 #[derive(Clone, Debug)]
@@ -19,8 +19,11 @@ pub(crate) struct Links {
 }
 
 impl Links {
-    /// Prepares the links of so many lights. `names` are those of all things.
-    pub fn new(links: &[(usize, Link)], lights: usize, names: &[String]) -> Self {
+    /// Prepares the links of lights. `names` are those of all things.
+    pub fn new(all: &[Light], names: &[String]) -> Self {
+        let lights = all.len();
+        let linked = |(i, light): (usize, &'_ Light)| Some((i, light.link.clone()?));
+        let links: Vec<(usize, Link)> = all.iter().enumerate().filter_map(linked).collect();
         let mut reaches = vec![vec![true; lights]];
         let mut class = vec![0u32; names.len()];
         let linked: Vec<(usize, Vec<bool>)> =
@@ -37,7 +40,7 @@ impl Links {
         }
         let (mut casters, mut casts, mut gains) = (vec![None; lights], Vec::new(), vec![None; lights]);
         let mut equal: HashMap<&Objects, usize> = HashMap::new();
-        for (light, link) in links {
+        for (light, link) in &links {
             if link.casters != Objects::ALL {
                 casters[*light] = Some(*equal.entry(&link.casters).or_insert_with(|| {
                     casts.push(members(&link.casters, names));

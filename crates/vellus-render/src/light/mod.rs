@@ -16,7 +16,7 @@ use glam::Vec3;
 use links::Links;
 use prepared::Prepared;
 use shaped::Shaped;
-use vellus_scene::{Light, Link, Shaping, Texture};
+use vellus_scene::{Light, Texture};
 
 /// A sampled direction toward a light.
 #[derive(Clone, Copy, Debug)]
@@ -46,12 +46,6 @@ pub struct Emission {
 /// What [`Lights::new`] needs besides lights and textures.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lighting {
-    /// Indices of lights that the camera does not see directly.
-    pub unseen: Vec<usize>,
-    /// Indices of lights with a shaping.
-    pub shapings: Vec<(usize, Shaping)>,
-    /// Indices of lights with a link.
-    pub links: Vec<(usize, Link)>,
     /// The names of all things, sets of strands first, if there are links.
     pub things: Vec<String>,
     /// The radius of the scene. Domes and distant lights illuminate a disk of this radius.
@@ -84,18 +78,18 @@ pub struct Lights {
 
 impl Lights {
     /// Prepares lights.
-    pub(crate) fn new(lights: &[Light], lighting: &Lighting, textures: &[Texture]) -> Self {
-        let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
-        let mut shapings = vec![None; lights.len()];
-        for (i, shaping) in &lighting.shapings {
-            shapings[*i] = Some(Shaped::new(shaping, lights[*i].faces(), textures));
-        }
+    pub(crate) fn new(all: &[Light], lighting: &Lighting, textures: &[Texture]) -> Self {
+        let lights: Vec<Prepared> = all.iter().map(|light| prepared::prepare(&light.shape, textures)).collect();
+        let shaped = |(light, prepared): (&Light, &Prepared)| {
+            Some(Shaped::new(light.shaping.as_ref()?, prepared.faces(), textures))
+        };
+        let shapings: Vec<Option<Shaped>> = all.iter().zip(&lights).map(shaped).collect();
         let power = |(light, shaping): (&Prepared, &Option<Shaped>)| {
             light.power(lighting.reach) * shaping.as_ref().map_or(1.0, |shaping| shaping.mean)
         };
         let powers: Vec<f32> = lights.iter().zip(&shapings).map(power).collect();
-        let is_linked = !lighting.links.is_empty();
-        let links = is_linked.then(|| Links::new(&lighting.links, lights.len(), &lighting.things));
+        let is_linked = all.iter().any(|light| light.link.is_some());
+        let links = is_linked.then(|| Links::new(all, &lighting.things));
         let reaching = |reached: &Vec<bool>| {
             let powers: Vec<f32> =
                 powers.iter().zip(reached).map(|(p, reached)| if *reached { *p } else { 0.0 }).collect();
@@ -110,7 +104,7 @@ impl Lights {
             Some(links) => links.reaches.iter().map(reaching).collect(),
             None => vec![reaching(&vec![true; lights.len()])],
         };
-        let visible = (0..lights.len()).map(|i| !lighting.unseen.contains(&i)).collect();
+        let visible = all.iter().map(|light| light.visible).collect();
         Lights { lights, shapings, reaching, visible, links }
     }
 

@@ -6,7 +6,7 @@ use super::{Emission, LightSample, brightness};
 use crate::geometry::ray::Ray;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
-use vellus_scene::{Ground, Light, Texture};
+use vellus_scene::{Ground, LightShape, Texture};
 
 #[derive(Clone, Debug)]
 pub(crate) enum Prepared {
@@ -51,7 +51,7 @@ pub(crate) enum Prepared {
 }
 
 /// Prepares a light of a scene.
-pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
+pub(super) fn prepare(light: &LightShape, textures: &[Texture]) -> Prepared {
     let flat = |m: &Mat4, disk: bool, radiance: [f32; 3], texture: Option<usize>| {
         let half = if disk { 1.0 } else { 0.5 };
         let (x, y) = (m.transform_vector3(Vec3::X) * half, m.transform_vector3(Vec3::Y) * half);
@@ -64,11 +64,11 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
         Prepared::Flat { center: m.transform_point3(Vec3::ZERO), x, y, normal, area, disk, radiance, texture }
     };
     match light {
-        Light::Dome { radiance, texture, rotation, ground } => {
+        LightShape::Dome { radiance, texture, rotation, ground } => {
             let map = texture.map(|i| Map::new(textures[i].clone()));
             Prepared::Dome { radiance: *radiance, map, rotation: *rotation, ground: *ground }
         }
-        Light::Distant { direction, half_angle, irradiance } => {
+        LightShape::Distant { direction, half_angle, irradiance } => {
             // A cone of half angle a has a projected solid angle of π sin²a.
             let spread = PI * half_angle.sin().powi(2);
             let scale = if spread > 1e-9 { 1.0 / spread } else { 1.0 };
@@ -78,13 +78,13 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
                 radiance: irradiance.map(|e| e * scale),
             }
         }
-        Light::Rect { to_world, radiance, texture } => flat(to_world, false, *radiance, *texture),
-        Light::Disk { to_world, radiance } => flat(to_world, true, *radiance, None),
-        Light::Point { position, intensity } => Prepared::Point { position: *position, intensity: *intensity },
-        Light::Sphere { center, radius, radiance } => {
+        LightShape::Rect { to_world, radiance, texture } => flat(to_world, false, *radiance, *texture),
+        LightShape::Disk { to_world, radiance } => flat(to_world, true, *radiance, None),
+        LightShape::Point { position, intensity } => Prepared::Point { position: *position, intensity: *intensity },
+        LightShape::Sphere { center, radius, radiance } => {
             Prepared::Sphere { center: *center, radius: *radius, radiance: *radiance }
         }
-        Light::Cylinder { center, half_axis, radius, radiance } => Prepared::Cylinder {
+        LightShape::Cylinder { center, half_axis, radius, radiance } => Prepared::Cylinder {
             center: *center,
             axis: half_axis.normalize(),
             half_length: half_axis.length(),

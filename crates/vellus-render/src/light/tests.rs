@@ -5,7 +5,7 @@ use super::sampling::uniform_cone;
 use super::*;
 use glam::{Mat3, Mat4, Vec2};
 use std::f32::consts::PI;
-use vellus_scene::{Ground, Objects, Profile, Shaping};
+use vellus_scene::{Ground, LightShape, Link, Objects, Profile, Shaping};
 
 fn texture(width: usize, height: usize) -> Texture {
     let pixel = |i: usize| {
@@ -25,9 +25,9 @@ fn lighting() -> Lighting {
     Lighting { reach: 1.0, ..Lighting::default() }
 }
 
-fn tube() -> Light {
+fn tube() -> LightShape {
     let (center, half_axis) = (Vec3::new(-1.2, 0.5, -1.5), Vec3::new(0.8, 0.7, 0.1));
-    Light::Cylinder { center, half_axis, radius: 0.3, radiance: [4.0, 1.0, 2.0] }
+    LightShape::Cylinder { center, half_axis, radius: 0.3, radiance: [4.0, 1.0, 2.0] }
 }
 
 fn lights() -> (Vec<Light>, Vec<Texture>) {
@@ -39,16 +39,21 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
             Vec3::new(x, 0.3, 2.0).extend(1.0),
         )
     };
-    let lights = vec![
-        Light::Dome { radiance: [0.5, 1.0, 2.0], texture: Some(0), rotation: Mat3::from_rotation_y(0.7), ground: None },
-        Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.3, irradiance: [2.0, 1.0, 0.5] },
-        Light::Rect { to_world: place(0.5, 1.1), radiance: [3.0, 2.0, 1.0], texture: None },
-        Light::Disk { to_world: place(-2.0, 0.6), radiance: [1.0, 5.0, 1.0] },
-        Light::Sphere { center: Vec3::new(0.0, -2.0, 0.4), radius: 0.8, radiance: [2.0, 2.0, 7.0] },
+    let lights = [
+        LightShape::Dome {
+            radiance: [0.5, 1.0, 2.0],
+            texture: Some(0),
+            rotation: Mat3::from_rotation_y(0.7),
+            ground: None,
+        },
+        LightShape::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.3, irradiance: [2.0, 1.0, 0.5] },
+        LightShape::Rect { to_world: place(0.5, 1.1), radiance: [3.0, 2.0, 1.0], texture: None },
+        LightShape::Disk { to_world: place(-2.0, 0.6), radiance: [1.0, 5.0, 1.0] },
+        LightShape::Sphere { center: Vec3::new(0.0, -2.0, 0.4), radius: 0.8, radiance: [2.0, 2.0, 7.0] },
         tube(),
-        Light::Sphere { center: Vec3::new(1.5, 0.0, -2.0), radius: 0.7, radiance: [1.0, 2.0, 7.0] },
+        LightShape::Sphere { center: Vec3::new(1.5, 0.0, -2.0), radius: 0.7, radiance: [1.0, 2.0, 7.0] },
     ];
-    (lights, vec![texture(16, 8)])
+    (lights.map(Light::from).to_vec(), vec![texture(16, 8)])
 }
 
 /// Light samples and uniform rays find the same light, for each light alone and for all together. The density that a
@@ -57,23 +62,20 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
 fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
     // The last light shines to the left, and its edge crosses the view of it.
-    let spot = |i| {
-        vec![(
-            i,
-            Shaping {
-                axis: Vec3::new(-1.0, 0.2, 0.5),
-                cone: 0.9,
-                softness: 0.9,
-                focus: 1.5,
-                tint: [0.2, 0.0, 0.5],
-                profile: Some(Profile { texture: 0, side: Vec3::new(0.3, 1.0, -0.4) }),
-            },
-        )]
+    let spot = Shaping {
+        axis: Vec3::new(-1.0, 0.2, 0.5),
+        cone: 0.9,
+        softness: 0.9,
+        focus: 1.5,
+        tint: [0.2, 0.0, 0.5],
+        profile: Some(Profile { texture: 0, side: Vec3::new(0.3, 1.0, -0.4) }),
     };
     let sets = all.iter().map(|light| vec![light.clone()]).chain([all.clone()]);
-    for (which, set) in sets.enumerate() {
-        let last = if which + 1 < all.len() { vec![] } else { spot(set.len() - 1) };
-        let lights = Lights::new(&set, &Lighting { shapings: last, ..lighting() }, &textures);
+    for (which, mut set) in sets.enumerate() {
+        if which + 1 >= all.len() {
+            set.last_mut().unwrap().shaping = Some(spot);
+        }
+        let lights = Lights::new(&set, &lighting(), &textures);
         let point = Vec3::new(0.1, 0.2, -0.3);
         let seen = |direction: Vec3| {
             let ray = Ray::new(point, direction);
@@ -115,8 +117,8 @@ fn sampling_finds_what_rays_find() {
 /// at the side, beyond an end, and nearby. From inside the infinite cylinder, its outside is not visible.
 #[test]
 fn light_of_a_cylinder_is_the_integral_over_its_surface() {
-    let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
-    let lights = Lights::new(&[tube()], &lighting(), &[]);
+    let LightShape::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
+    let lights = Lights::new(&[tube().into()], &lighting(), &[]);
     let (axis, half) = (half_axis.normalize().as_dvec3(), f64::from(half_axis.length()));
     let (x, y) = { axis.any_orthonormal_pair() };
     let at = |along: f64, off: f64| center.as_dvec3() + axis * (along * half) + x * (off * f64::from(radius));
@@ -165,9 +167,10 @@ fn light_of_a_cylinder_is_the_integral_over_its_surface() {
 fn uniform_skies_are_not_sampled() {
     let (all, textures) = lights();
     let even = Texture { pixels: vec![[0.3, 0.7, 0.1]; 128].into(), ..textures[0].clone() };
-    let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
+    let dome =
+        |texture| LightShape::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
     let up = Ray::new(Vec3::ZERO, Vec3::Y);
-    for sky in [dome(None), dome(Some(0))] {
+    for sky in [dome(None), dome(Some(0))].map(Light::from) {
         let alone = Lights::new(std::slice::from_ref(&sky), &lighting(), std::slice::from_ref(&even));
         assert!(alone.sample(0, Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
         assert!(alone.escaped(&up, Some(0)).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
@@ -213,8 +216,8 @@ fn ground_is_seen_where_it_was() {
         wrap: [vellus_scene::Wrap::Repeat; 2],
     };
     let ground = Ground { origin, height, radius };
-    let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
-    let lights = Lights::new(&[dome], &lighting(), &[image]);
+    let dome = LightShape::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
+    let lights = Lights::new(&[dome.into()], &lighting(), &[image]);
     let seen = |ray: &Ray, camera: bool| lights.escaped(ray, (!camera).then_some(0)).next().unwrap().1.radiance;
     for i in 0..2000 {
         let [a, b, c, d] = crate::integrator::sampler::Sampler::new([1, 2], i, 3).next();
@@ -239,10 +242,12 @@ fn ground_is_seen_where_it_was() {
 
 #[test]
 fn the_camera_passes_through_lights_that_it_does_not_see() {
-    let ball = |z, radiance| Light::Sphere { center: Vec3::new(0.0, 0.0, z), radius: 1.0, radiance: [radiance; 3] };
-    let sky = Light::Dome { radiance: [5.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
-    let mut lights =
-        Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &Lighting { unseen: vec![0, 2], ..lighting() }, &[]);
+    let ball = |z, radiance| {
+        Light::from(LightShape::Sphere { center: Vec3::new(0.0, 0.0, z), radius: 1.0, radiance: [radiance; 3] })
+    };
+    let sky = LightShape::Dome { radiance: [5.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
+    let unseen = |light| Light { visible: false, ..light };
+    let mut lights = Lights::new(&[unseen(ball(3.0, 1.0)), ball(6.0, 2.0), unseen(sky.into())], &lighting(), &[]);
     let ray = Ray::new(Vec3::ZERO, Vec3::Z);
     let hit = |lights: &Lights, from| lights.intersect(&ray, from).map(|(i, e)| (i, e.radiance[0]));
     assert_eq!((hit(&lights, None), hit(&lights, Some(0))), (Some((1, 2.0)), Some((0, 1.0))));
@@ -256,10 +261,11 @@ fn the_camera_passes_through_lights_that_it_does_not_see() {
 #[test]
 fn a_spot_has_the_irradiance_of_the_closed_form() {
     let (height, intensity) = (2.0f32, 3.0f32);
-    let spot = Light::Point { position: Vec3::Y * height, intensity: [intensity; 3] };
+    let spot = LightShape::Point { position: Vec3::Y * height, intensity: [intensity; 3] };
     let shaping =
         Shaping { axis: Vec3::NEG_Y * 5.0, cone: 0.5, softness: 0.5, focus: 2.0, tint: [0.0; 3], profile: None };
-    let lights = Lights::new(&[spot], &Lighting { shapings: vec![(0, shaping)], ..lighting() }, &[]);
+    let spot = Light { shaping: Some(shaping), ..spot.into() };
+    let lights = Lights::new(&[spot], &lighting(), &[]);
     for i in 0..100 {
         let theta = 0.0075 * i as f32;
         let point = Vec3::X * (height * theta.tan());
@@ -323,14 +329,16 @@ fn a_profile_is_looked_up_by_its_angles() {
 /// lacks the shadows of some things is found through them, with the density of its samples.
 #[test]
 fn links_divide_things_into_classes() {
-    let (all, textures) = lights();
+    let (mut all, textures) = lights();
     let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     let links = vec![
         (1, Link { lit: Objects::Except(named(&["a", "c"])), ..Link::default() }),
         (4, Link { lit: Objects::Only(named(&["b", "c"])), casters: Objects::NONE, specular: 0.5, ..Link::default() }),
         (6, Link { casters: Objects::Except(named(&["d"])), ..Link::default() }),
     ];
-    let linked = Lighting { links, things: named(&["a", "b", "c", "d", "a"]), ..lighting() };
+    let plain = all.clone();
+    links.into_iter().for_each(|(light, link)| all[light].link = Some(link));
+    let linked = Lighting { things: named(&["a", "b", "c", "d", "a"]), ..lighting() };
     let lights = Lights::new(&all, &linked, &textures);
     assert_eq!([0, 1, 2, 3, 4].map(|thing| lights.class(thing)), [1, 0, 2, 3, 1]);
     assert_eq!(
@@ -339,7 +347,7 @@ fn links_divide_things_into_classes() {
     );
     assert_eq!((lights.casters(0), lights.gains(4), lights.gains(1)), (None, Some([1.0, 0.5]), None));
     let point = Vec3::new(0.1, 0.2, -0.3);
-    let unlinked = Lights::new(&all, &lighting(), &textures);
+    let unlinked = Lights::new(&plain, &lighting(), &textures);
     for (class, dark) in [(0, vec![]), (1, vec![1, 4]), (2, vec![1]), (3, vec![4])] {
         let mut seen = [false; 7];
         for i in 0..4000 {
@@ -381,8 +389,8 @@ fn the_poles_of_a_sky_are_sampled_and_seen() {
             pixels: (0..w * h).map(sun).collect(),
             wrap: [vellus_scene::Wrap::Repeat; 2],
         };
-        let sky = Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY, ground: None };
-        let lights = Lights::new(&[sky], &lighting(), std::slice::from_ref(&image));
+        let sky = LightShape::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY, ground: None };
+        let lights = Lights::new(&[sky.into()], &lighting(), std::slice::from_ref(&image));
         let n = 40_000;
         let mut sum = 0.0f64;
         for i in 0..n {
@@ -413,8 +421,8 @@ fn a_mirrored_dome_shows_the_mirror_image() {
     let (_, textures) = lights();
     let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
     let turn = Mat3::from_rotation_y(0.3);
-    let dome = |rotation| Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation, ground: None };
-    let [plain, mirrored] = [turn, mirror * turn].map(|turn| Lights::new(&[dome(turn)], &lighting(), &textures));
+    let dome = |rotation| LightShape::Dome { radiance: [1.0; 3], texture: Some(0), rotation, ground: None };
+    let [plain, mirrored] = [turn, mirror * turn].map(|turn| Lights::new(&[dome(turn).into()], &lighting(), &textures));
     for i in 0..300 {
         let [a, b, c, _] = crate::integrator::sampler::Sampler::new([4, 4], i, 3).next();
         let [(_, one), (_, other)] = [&plain, &mirrored].map(|lights| lights.sample(0, Vec3::ZERO, [a, b, c]).unwrap());

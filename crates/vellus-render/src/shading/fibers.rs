@@ -25,6 +25,17 @@ impl<M: Model> Fibers<M> {
         Ok(Fibers { sets: strands.map(set).collect::<Result<_, _>>()? })
     }
 
+    /// The same models of the looks and strands of a changed geometry, which has as many sets of strands.
+    pub fn rebuilt(&self, geometry: &Geometry) -> Result<Self, Error> {
+        let set = |(strands, (model, _)): (&Strands, &(M, bool))| {
+            let look = &geometry.looks[strands.look];
+            let model =
+                model.with_fiber(&look.fiber).map_err(|what| Error::Fiber { place: look.name.clone(), what })?;
+            Ok((model, look.textured.is_empty() && strands.varying.is_empty()))
+        };
+        Ok(Fibers { sets: geometry.all_strands().zip(&self.sets).map(set).collect::<Result<_, _>>()? })
+    }
+
     /// The model of a fibre at a hit. `made` stores the model if parameters vary along the strands.
     pub fn at<'a>(&'a self, geometry: &Geometry, hit: &CurveHit, made: &'a mut Option<M>) -> &'a M {
         let (model, same) = &self.sets[hit.set];

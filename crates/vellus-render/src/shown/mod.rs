@@ -24,7 +24,7 @@ use glam::{Mat3, Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use vellus::{Bcsdf, CoatColors, Fiber, Parameter};
-use vellus_scene::{Camera, Light, Look, Mesh, Strands};
+use vellus_scene::{Camera, LightShape, Look, Mesh, Strands};
 
 /// Reflectances of the dense coat for which coats are rendered, three in each picture.
 const DENSE: [[f32; 3]; 4] = [[0.001, 0.04, 0.1], [0.2, 0.35, 0.5], [0.65, 0.8, 0.88], [0.94, 0.98, 0.999]];
@@ -160,11 +160,11 @@ type Seen = Vec<([f64; 3], u64)>;
 /// The lights, the camera and the meshes without fur do not matter; they are as before in the end. Looks for which
 /// nobody asks a reflectance keep their colours.
 fn measure(geometry: &mut Geometry, roots: &Roots, owners: &[BTreeSet<usize>]) -> Vec<Option<Shown>> {
-    let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
+    let white = LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
     let meshes = geometry.triangles.meshes().iter().zip(owners).filter(|(_, looks)| !looks.is_empty());
     let (bodies, owners): (Vec<Mesh>, Vec<BTreeSet<usize>>) = meshes.map(|(m, o)| (m.clone(), o.clone())).unzip();
     let body = Triangles::new(bodies);
-    let lights = Lights::new(&[white], &Lighting::default(), &[]);
+    let lights = Lights::new(&[white.into()], &Lighting::default(), &[]);
     let body = std::mem::replace(&mut geometry.triangles, body);
     let lights = std::mem::replace(&mut geometry.lights, lights);
     let (view, background, looks) = (geometry.view, geometry.background.take(), geometry.looks.clone());

@@ -8,7 +8,7 @@ use vellus::{Fiber, Species};
 use vellus_render::packed::RowTracer;
 use vellus_render::session::{End, Merge, Options};
 use vellus_render::{Checkpoint, Error, Layer, Session, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+use vellus_scene::{Basis, Camera, LightShape, Look, Scene, Strands};
 use vellus_testing::significance::{FALSE_ALARM, max_abs_z};
 
 /// One strand in the middle, and an even background around it.
@@ -99,12 +99,15 @@ fn the_sun_keeps_its_mean() {
         look: 0,
         varying: vec![],
     };
-    let sun =
-        Light::Distant { direction: Vec3::new(0.3, 1.0, -0.5).normalize(), half_angle: 0.005, irradiance: [3.0; 3] };
+    let sun = LightShape::Distant {
+        direction: Vec3::new(0.3, 1.0, -0.5).normalize(),
+        half_angle: 0.005,
+        irradiance: [3.0; 3],
+    };
     let world = World::new(Scene {
         strands: vec![strands],
         looks: vec![Look::constant("hair", Fiber::preset(Species::RedFox))],
-        lights: vec![sun],
+        lights: vec![sun.into()],
         camera: Some(Camera::look_at(Vec3::Z * 3.0, Vec3::ZERO, Vec3::Y, 0.5, 1.0)),
         ..Scene::default()
     })

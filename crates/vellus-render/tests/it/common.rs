@@ -3,7 +3,7 @@
 use glam::{Mat3, Vec3, Vec4};
 use vellus::{Fiber, Species};
 use vellus_render::{Film, Layer, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+use vellus_scene::{Basis, Camera, Light, LightShape, Look, Scene, Strands};
 
 /// One strand.
 pub fn world() -> World {
@@ -38,7 +38,7 @@ pub fn noise(i: usize, k: u32) -> f32 {
 
 /// A white sky.
 pub fn dome() -> Light {
-    Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }
+    LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }.into()
 }
 
 /// The mean of a channel over the picture.

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
 use vellus_render::{Film, Layer, Settings, World};
 use vellus_scene::{
-    Basis, Camera, Instance, Light, Link, Look, Mesh, Objects, Prototype, Scene, Strands, Surface, Tint,
+    Basis, Camera, Instance, Light, LightShape, Link, Look, Mesh, Objects, Prototype, Scene, Strands, Surface, Tint,
 };
 
 /// A square in the plane of this height, with half of this size.
@@ -51,8 +51,12 @@ fn scene() -> Scene {
         meshes: vec![square("floor", 0.0, 1.0, 0)],
         surfaces: vec![glossy],
         looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
-        lights: vec![Light::Rect { to_world: down, radiance: [2.0; 3], texture: None }, dome()],
-        light_groups: ["lamp", "sky"].map(str::to_owned).to_vec(),
+        lights: [
+            ("lamp", LightShape::Rect { to_world: down, radiance: [2.0; 3], texture: None }.into()),
+            ("sky", dome()),
+        ]
+        .map(|(group, light): (&str, Light)| Light { group: Some(group.to_owned()), ..light })
+        .to_vec(),
         camera: Some(Camera::look_at(Vec3::new(0.0, 1.2, 2.6), Vec3::ZERO, Vec3::Y, 0.6, 1.0)),
         ..Scene::default()
     }
@@ -83,7 +87,9 @@ fn difference(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 }
 
 fn linked(link: Link) -> Scene {
-    Scene { links: vec![(0, link)], ..scene() }
+    let mut scene = scene();
+    scene.lights[0].link = Some(link);
+    scene
 }
 
 fn named(name: &str) -> Vec<String> {
@@ -132,7 +138,7 @@ fn things_without_shadows_do_not_block() {
         let fur = Prototype { name: "fur".to_owned(), strands: vec![], meshes: vec![square("high", 1.5, 0.6, 0)] };
         scene.prototypes.push(fur);
         scene.instances.push(Instance::new(0, Mat4::from_translation(Vec3::new(0.1, 0.0, 0.0))));
-        scene.links = link.into_iter().flat_map(|link| [(0, link.clone()), (1, link)]).collect();
+        scene.lights.iter_mut().for_each(|light| light.link.clone_from(&link));
         pixels(&once(&scene))
     };
     let open = pixels(&once(&scene()));
@@ -161,7 +167,10 @@ fn gains_scale_diffuse_and_specular_light() {
     for (change, tolerance) in scenes {
         let gained = |diffuse: f32, specular: f32| {
             let link = Link { diffuse, specular, ..Link::default() };
-            let mut scene = Scene { links: vec![(0, link.clone()), (1, link)], unseen_lights: vec![0, 1], ..scene() };
+            let mut scene = scene();
+            for light in &mut scene.lights {
+                (light.link, light.visible) = (Some(link.clone()), false);
+            }
             change(&mut scene);
             let film = once(&scene);
             (0..3).map(|c| mean(&film, Layer::Beauty, c)).sum::<f64>()
@@ -185,7 +194,8 @@ fn the_radiance_cache_keeps_linked_things_apart() {
     twin.name = "twin".to_owned();
     twin.points.iter_mut().for_each(|p| *p += Vec4::new(0.02, 0.0, 0.03, 0.0));
     scene.strands.push(twin);
-    scene.links = [0, 1].map(|light| (light, Link { lit: Objects::Only(named("hair")), ..Link::default() })).to_vec();
+    let link = Link { lit: Objects::Only(named("hair")), ..Link::default() };
+    scene.lights.iter_mut().for_each(|light| light.link = Some(link.clone()));
     let cached = |cache| {
         let settings = Settings { radiance_cache: cache, max_depth: Some(3), ..Settings::new([24, 24]) };
         pixels(&render(&scene, settings))

@@ -4,7 +4,7 @@ use glam::{Mat3, Vec3, Vec4};
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
+use vellus_scene::{Basis, Camera, LightShape, Look, Parameter, Scene, Strands, Texture, Value, Values};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: usize = 16;
@@ -48,7 +48,9 @@ fn scene(varying: bool) -> Scene {
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", look)],
-        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
+        lights: vec![
+            LightShape::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }.into(),
+        ],
         // The camera is far away and its angle of view is narrow, so all rays are nearly parallel and hit the fibre.
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, 100.0), Vec3::ZERO, Vec3::Y, 0.19 / 100.0, 1.0)),
         ..Scene::default()

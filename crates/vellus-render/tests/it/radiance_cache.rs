@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use vellus::{Fiber, Species};
 use vellus_render::session::{Options, Session};
 use vellus_render::{Error, Film, Layer, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
+use vellus_scene::{Basis, Camera, LightShape, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: [usize; 2] = [20, 20];
@@ -69,8 +69,7 @@ fn spread(values: &[f64]) -> (f64, f64) {
 fn a_cache_keeps_the_mean_and_saves_rays() {
     let mut scene = tangle(Vec3::ZERO, light_fur());
     let direction = Vec3::new(-1.0, 0.5, 0.2).normalize();
-    scene.lights.push(Light::Distant { direction, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] });
-    scene.light_groups = vec!["sky".to_owned(), "sun".to_owned()];
+    scene.lights.push(LightShape::Distant { direction, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] }.into());
     let world = World::new(scene).unwrap();
     const SEEDS: u32 = 16;
     let all = |of: &dyn Fn(u32) -> Settings| -> Vec<(Film, f64)> {
@@ -169,7 +168,6 @@ fn bad_input_is_refused() {
     assert!(matches!(session, Err(Error::Settings(what)) if what.contains("at least 1 sample")));
     let mut scene = tangle(Vec3::ZERO, light_fur());
     scene.lights.push(dome());
-    scene.light_groups = vec!["a".to_owned(), "b".to_owned()];
     let world = World::new(scene).unwrap();
     let settings = with_cache(0, 1);
     let [few, many] = [&[Layer::Beauty][..], &[Layer::Lights]].map(|layers| world.layout(layers));

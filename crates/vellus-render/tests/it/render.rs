@@ -5,7 +5,7 @@ use glam::{Mat4, Vec3, Vec4};
 use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
 use vellus_render::{Error, Film, Filter, Layer, Mode, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
+use vellus_scene::{Basis, Camera, Light, LightShape, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
 
 fn fiber() -> Fiber {
@@ -75,7 +75,7 @@ fn render(world: &World, settings: &Settings, samples: u64) -> Film {
 fn clamped_light_is_reported() {
     let mut scene = clump(300, 0.006, Fiber { kappa: 0.2, ..fiber() }.without_absorption());
     let to_sun = Vec3::new(-1.0, 0.5, 0.2).normalize();
-    scene.lights.push(Light::Distant { direction: to_sun, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] });
+    scene.lights.push(LightShape::Distant { direction: to_sun, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] }.into());
     let world = World::new(scene).unwrap();
     let clamped = |limit: f32| {
         let settings = Settings { clamp_indirect: Some(limit), ..settings(24, Mode::MultiScale) };
@@ -144,11 +144,12 @@ fn lobe_layers_sum_to_beauty() {
 fn pictures_scale_with_light_and_size() {
     let scene = |light: f32| {
         let mut scene = clump(60, 0.01, fiber());
-        let sun = Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] };
-        scene.lights.push(sun);
+        let sun =
+            LightShape::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] };
+        scene.lights.push(sun.into());
         for l in &mut scene.lights {
-            match l {
-                Light::Dome { radiance: power, .. } | Light::Distant { irradiance: power, .. } => {
+            match &mut l.shape {
+                LightShape::Dome { radiance: power, .. } | LightShape::Distant { irradiance: power, .. } => {
                     *power = power.map(|x| x * light);
                 }
                 _ => {}
@@ -180,14 +181,16 @@ fn pictures_scale_with_light_and_size() {
 fn light_groups_sum_to_beauty() {
     let mut scene = clump(100, 0.01, fiber());
     let place = |x: f32| Mat4::from_translation(Vec3::new(x, 0.2, 1.5));
-    scene.lights.extend([
-        Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] },
-        Light::Rect { to_world: place(1.0), radiance: [0.5, 1.0, 2.0], texture: None },
-        Light::Disk { to_world: place(-1.0), radiance: [1.0, 0.3, 0.2] },
-        Light::Sphere { center: Vec3::new(0.4, 0.4, 0.2), radius: 0.1, radiance: [3.0, 1.0, 7.0] },
-    ]);
-    let groups = ["sky", "sky", "key", "rim", "lamp"].map(str::to_owned);
-    scene.light_groups = groups.to_vec();
+    let lights = [
+        LightShape::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] },
+        LightShape::Rect { to_world: place(1.0), radiance: [0.5, 1.0, 2.0], texture: None },
+        LightShape::Disk { to_world: place(-1.0), radiance: [1.0, 0.3, 0.2] },
+        LightShape::Sphere { center: Vec3::new(0.4, 0.4, 0.2), radius: 0.1, radiance: [3.0, 1.0, 7.0] },
+    ];
+    scene.lights.extend(lights.map(Light::from));
+    for (light, group) in scene.lights.iter_mut().zip(["sky", "sky", "key", "rim", "lamp"]) {
+        light.group = Some(group.to_owned());
+    }
     let corners = [Vec3::new(-0.4, -0.4, 0.3), Vec3::new(0.0, -0.4, 0.3), Vec3::new(-0.4, 0.0, 0.2)];
     let glowing = Surface { emission: [0.7, 0.2, 0.1], ..Surface::diffuse("glow", [0.3, 0.5, 0.7]) };
     scene.meshes = vec![Mesh {
@@ -215,14 +218,17 @@ fn light_groups_sum_to_beauty() {
         (film, brightest)
     };
     let (film, _) = sums_to_beauty(&scene, 64);
-    let Some(Light::Sphere { radiance, .. }) = scene.lights.last_mut() else { panic!() };
+    let LightShape::Sphere { radiance, .. } = &mut scene.lights[4].shape else { panic!() };
     *radiance = [3e4, 1e4, 7e4];
     let (_, brightest) = sums_to_beauty(&scene, 4);
     // The camera sees this light directly, and its radiance is not clamped.
     assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
     // Only the group of two lights. The other lights are dark, but block as much light as before.
     for light in &mut scene.lights[2..] {
-        if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
+        if let LightShape::Rect { radiance, .. }
+        | LightShape::Disk { radiance, .. }
+        | LightShape::Sphere { radiance, .. } = &mut light.shape
+        {
             *radiance = [0.0; 3];
         }
     }
@@ -394,7 +400,7 @@ fn light_on_a_floor_is_the_integral_over_the_light() {
     let scene = Scene {
         meshes: vec![floor],
         surfaces: vec![Surface::diffuse("grey", [0.5, 0.4, 0.3])],
-        lights: vec![Light::Rect { to_world: down, radiance: [2.0, 3.0, 4.0], texture: None }],
+        lights: vec![LightShape::Rect { to_world: down, radiance: [2.0, 3.0, 4.0], texture: None }.into()],
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.9, 3.0), Vec3::ZERO, Vec3::Y, 0.002, 1.0)),
         ..Scene::default()
     };

@@ -4,7 +4,7 @@ use crate::common::noise;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use vellus::{Fiber, Species};
 use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
-use vellus_scene::{Basis, Camera, Instance, Light, Look, Prototype, Scene, Strands};
+use vellus_scene::{Basis, Camera, Instance, LightShape, Look, Prototype, Scene, Strands};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: [usize; 2] = [16, 16];
@@ -32,12 +32,12 @@ fn fur() -> Strands {
 /// Light from above, so that shadows inside the fur matter.
 fn scene() -> Scene {
     let fiber = Fiber::preset(Species::RedFox).with_absorption([0.02, 0.1, 0.3]);
-    let sky = Light::Dome { radiance: [0.3; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
+    let sky = LightShape::Dome { radiance: [0.3; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
     let direction = -Vec3::new(0.3, 1.0, 0.5).normalize();
     Scene {
         strands: vec![fur()],
         looks: vec![Look::constant("fur", fiber)],
-        lights: vec![sky, Light::Distant { direction, half_angle: 0.05, irradiance: [2.0; 3] }],
+        lights: vec![sky.into(), LightShape::Distant { direction, half_angle: 0.05, irradiance: [2.0; 3] }.into()],
         camera: Some(Camera::look_at(Vec3::new(0.5, 1.0, 6.0), Vec3::ZERO, Vec3::Y, 0.2, 1.0)),
         ..Scene::default()
     }

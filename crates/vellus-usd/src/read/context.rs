@@ -174,11 +174,9 @@ impl<'a> Reader<'a> {
 
     /// Reads a prim. If that fails, the prim is left out: nothing of it stays in the scene.
     pub fn attempt(&mut self, prim: &str, read: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
-        let Scene { strands, meshes, instances, lights, light_groups, unseen_lights, shapings, links, .. } =
-            &self.scene;
+        let Scene { strands, meshes, instances, lights, .. } = &self.scene;
         let [strands, meshes, instances] = [strands.len(), meshes.len(), instances.len()];
-        let [lights, groups, unseen] = [lights.len(), light_groups.len(), unseen_lights.len()];
-        let [shapings, links, linked] = [shapings.len(), links.len(), self.linked.len()];
+        let [lights, linked] = [lights.len(), self.linked.len()];
         let result = read(self).and_then(|()| {
             let new = &self.scene.lights[lights..];
             Ok(new.iter().try_for_each(|light| light.validate(self.scene.textures.len()))?)
@@ -188,10 +186,6 @@ impl<'a> Reader<'a> {
         self.scene.meshes.truncate(meshes);
         self.scene.instances.truncate(instances);
         self.scene.lights.truncate(lights);
-        self.scene.light_groups.truncate(groups);
-        self.scene.unseen_lights.truncate(unseen);
-        self.scene.shapings.truncate(shapings);
-        self.scene.links.truncate(links);
         self.linked.truncate(linked);
         self.fault(Fault::Prim, prim, error, "it is left out")
     }

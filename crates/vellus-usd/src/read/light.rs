@@ -11,7 +11,7 @@ use crate::stage::{Stage, When};
 use crate::warning::Fault;
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::{Ground, Light, Link, Mesh, Profile, Shaping, Surface, Wrap};
+use vellus_scene::{Ground, Light, LightShape, Link, Mesh, Profile, Shaping, Surface, Wrap};
 
 /// An attribute of a light. Before USD 21.02, its name had no `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -140,7 +140,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let radiance = |area: f64| emitted.map(|x| (if normalize { x / area } else { x }) as f32);
     let sized = |x: f64, y: f64| place.to_world * DMat4::from_scale(DVec3::new(x, y, 1.0));
     let area = |m: &DMat4| m.x_axis.truncate().cross(m.y_axis.truncate()).length();
-    let light = match place.type_name.as_str() {
+    let shape = match place.type_name.as_str() {
         "DomeLight" | "DomeLight_1" => dome(reader, place, emitted.map(|x| x as f32))?,
         "DistantLight" => {
             let half_angle = (0.5 * get(stage, prim, "angle", 0.53)?).to_radians();
@@ -155,7 +155,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
                 reader.warnings.add(prim, BLENDER_SUN);
             }
             let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
-            Light::Distant {
+            LightShape::Distant {
                 direction,
                 half_angle: half_angle as f32,
                 irradiance: emitted.map(|x| (x * spread) as f32),
@@ -164,12 +164,12 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         "RectLight" => {
             let to_world = sized(size(stage, prim, "width", 1.0)?, size(stage, prim, "height", 1.0)?);
             let texture = light_texture(reader, prim)?;
-            Light::Rect { to_world: to_world.as_mat4(), radiance: radiance(area(&to_world)), texture }
+            LightShape::Rect { to_world: to_world.as_mat4(), radiance: radiance(area(&to_world)), texture }
         }
         "DiskLight" => {
             let radius = size(stage, prim, "radius", 0.5)?;
             let to_world = sized(radius, radius);
-            Light::Disk { to_world: to_world.as_mat4(), radiance: radiance(PI * area(&to_world)) }
+            LightShape::Disk { to_world: to_world.as_mat4(), radiance: radiance(PI * area(&to_world)) }
         }
         "CylinderLight" => {
             // The axis is x. If a scale makes the section elliptic, a circle of the same area replaces it.
@@ -181,7 +181,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             if light_texture(reader, prim)?.is_some() {
                 reader.warnings.add(prim, "the texture of a CylinderLight is not supported and is ignored");
             }
-            Light::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
+            LightShape::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
         }
         _ if is_point(stage, prim)? => {
             let position = place.to_world.w_axis.truncate().as_vec3();
@@ -189,39 +189,30 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
                 let what = "a point has no area: its intensity is read as if inputs:normalize were 1";
                 reader.warnings.add(prim, what);
             }
-            Light::Point { position, intensity: emitted.map(|x| (POINT * x) as f32) }
+            LightShape::Point { position, intensity: emitted.map(|x| (POINT * x) as f32) }
         }
         _ => {
             let (scale, _) = mean_scale(&place.to_world);
             let radius = scale * size(stage, prim, "radius", 0.5)?;
             let center = place.to_world.w_axis.truncate().as_vec3();
-            Light::Sphere { center, radius: radius as f32, radiance: radiance(4.0 * PI * radius * radius) }
+            LightShape::Sphere { center, radius: radius as f32, radiance: radiance(4.0 * PI * radius * radius) }
         }
     };
-    let group = group(reader, prim)?;
-    links(reader, prim)?;
-    if !seen(reader.stage, prim)? {
-        reader.scene.unseen_lights.push(reader.scene.lights.len());
-    }
-    if let Some(shaping) = shaping {
-        reader.scene.shapings.push((reader.scene.lights.len(), shaping));
-    }
-    reader.scene.lights.push(light);
-    reader.scene.light_groups.push(group);
+    let group = Some(group(reader, prim)?);
+    let link = links(reader, prim)?;
+    let visible = seen(reader.stage, prim)?;
+    reader.scene.lights.push(Light { shape, group, visible, shaping, link });
     Ok(())
 }
 
 /// Reads the gains of a light, and notes its links. UsdLuxShadowAPI and filters change the light too.
-fn links(reader: &mut Reader, prim: &str) -> Result<(), Error> {
+fn links(reader: &mut Reader, prim: &str) -> Result<Option<Link>, Error> {
     let index = reader.scene.lights.len();
     let [diffuse, specular] = [get(reader.stage, prim, "diffuse", 1.0)?, get(reader.stage, prim, "specular", 1.0)?];
     if diffuse < 0.0 || specular < 0.0 {
         return Err(Error::prim(prim, "inputs:diffuse and inputs:specular must not be negative"));
     }
-    if [diffuse, specular] != [1.0; 2] {
-        let link = Link { diffuse: diffuse as f32, specular: specular as f32, ..Link::default() };
-        reader.scene.links.push((index, link));
-    }
+    let gains = Link { diffuse: diffuse as f32, specular: specular as f32, ..Link::default() };
     let shadows = reader.stage.flag(prim, "inputs:shadow:enable")? != Some(false);
     reader.linked.push(Linked { index, prim: prim.to_owned(), shadows });
     for (name, idle) in IDLE {
@@ -233,7 +224,7 @@ fn links(reader: &mut Reader, prim: &str) -> Result<(), Error> {
     if !reader.stage.targets(prim, "light:filters")?.is_empty() {
         reader.warnings.add(prim, "light:filters are not supported and are ignored");
     }
-    Ok(())
+    Ok(Some(gains).filter(|gains| *gains != Link::default()))
 }
 
 /// Inputs of UsdLuxShadowAPI that are not supported, and the values at which they have no effect.
@@ -359,8 +350,8 @@ fn sky(reader: &mut Reader, prim: &str, index: usize) -> Result<usize, Error> {
 }
 
 /// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is
-/// at +z (as in OpenEXR), while that of [`Light::Dome`] is at −z.
-fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light, Error> {
+/// at +z (as in OpenEXR), while that of [`LightShape::Dome`] is at −z.
+fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<LightShape, Error> {
     let prim = place.path.as_str();
     let texture = light_texture(reader, prim)?;
     let texture = texture.map(|index| sky(reader, prim, index)).transpose()?;
@@ -381,7 +372,7 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
     }
     let rotation = turned * upright * half_turn;
     let ground = ground(reader, place)?;
-    Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
+    Ok(LightShape::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
 }
 
 /// The rotation or reflection nearest to the linear part of a matrix, and whether the rest is a uniform scale. Newton's

@@ -62,11 +62,11 @@ pub(crate) fn read(reader: &mut Reader, places: &[Place]) -> Result<(), Error> {
             let what = "links of lights are ignored: the stage has too many lights and objects for them";
             reader.warnings.add(&light.prim, what);
         }
-        reader.scene.links.clear();
+        reader.scene.lights.iter_mut().for_each(|light| light.link = None);
         return Ok(());
     }
     for Linked { index, prim, shadows } in lights {
-        let mut link = Link { diffuse: 1.0, specular: 1.0, ..Link::default() };
+        let mut link = Link::default();
         for (name, objects) in LINKS.into_iter().zip([&mut link.lit, &mut link.casters]) {
             let own = |part: &str| format!("collection:{name}:{part}");
             let expression = own("membershipExpression");
@@ -87,14 +87,10 @@ pub(crate) fn read(reader: &mut Reader, places: &[Place]) -> Result<(), Error> {
         if !shadows {
             link.casters = Objects::NONE;
         }
-        let all = &mut reader.scene.links;
-        match all.iter_mut().find(|(light, _)| *light == index) {
-            Some((_, gained)) => *gained = Link { diffuse: gained.diffuse, specular: gained.specular, ..link },
-            None if link != Link::default() => all.push((index, link)),
-            None => {}
-        }
+        let light = &mut reader.scene.lights[index];
+        let Link { diffuse, specular, .. } = light.link.take().unwrap_or_default();
+        light.link = Some(Link { diffuse, specular, ..link }).filter(|link| *link != Link::default());
     }
-    reader.scene.links.sort_by_key(|(light, _)| *light);
     Ok(())
 }
 

@@ -9,7 +9,7 @@ use crate::write::value::{Array, Asset, Token};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io;
-use vellus_scene::{Basis, Camera, Custom, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
+use vellus_scene::{Basis, Camera, Custom, Fit, Instance, Light, LightShape, Link, Mesh, Objects, Strands, Values};
 
 /// Prims with a material.
 const BINDS: Role = Role::Applies("MaterialBindingAPI");
@@ -173,14 +173,14 @@ pub(crate) fn camera(out: &mut dyn Encoder, camera: &Camera, moves: bool, names:
 }
 
 /// The schema of a light, which is the name of its prim too.
-pub(crate) fn kind(light: &Light) -> &'static str {
+pub(crate) fn kind(light: &LightShape) -> &'static str {
     match light {
-        Light::Dome { .. } => "DomeLight",
-        Light::Distant { .. } => "DistantLight",
-        Light::Rect { .. } => "RectLight",
-        Light::Disk { .. } => "DiskLight",
-        Light::Point { .. } | Light::Sphere { .. } => "SphereLight",
-        Light::Cylinder { .. } => "CylinderLight",
+        LightShape::Dome { .. } => "DomeLight",
+        LightShape::Distant { .. } => "DistantLight",
+        LightShape::Rect { .. } => "RectLight",
+        LightShape::Disk { .. } => "DiskLight",
+        LightShape::Point { .. } | LightShape::Sphere { .. } => "SphereLight",
+        LightShape::Cylinder { .. } => "CylinderLight",
     }
 }
 
@@ -203,41 +203,34 @@ fn write_link(out: &mut dyn Encoder, link: &Link, names: &Names) -> io::Result<(
     Ok(())
 }
 
-pub(crate) fn light(
-    out: &mut dyn Encoder,
-    light: &Light,
-    group: &str,
-    seen: bool,
-    shaping: Option<&Shaping>,
-    link: Option<&Link>,
-    names: &mut Names,
-) -> io::Result<()> {
-    let (color, texture) = match light {
-        Light::Dome { radiance, texture, .. } | Light::Rect { radiance, texture, .. } => (radiance, *texture),
-        Light::Distant { irradiance, .. } => (irradiance, None),
-        Light::Point { intensity, .. } => (intensity, None),
-        Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } | Light::Cylinder { radiance, .. } => {
-            (radiance, None)
-        }
+pub(crate) fn light(out: &mut dyn Encoder, light: &Light, group: &str, names: &mut Names) -> io::Result<()> {
+    let Light { shape, shaping, link, .. } = light;
+    let (color, texture) = match shape {
+        LightShape::Dome { radiance, texture, .. } | LightShape::Rect { radiance, texture, .. } => (radiance, *texture),
+        LightShape::Distant { irradiance, .. } => (irradiance, None),
+        LightShape::Point { intensity, .. } => (intensity, None),
+        LightShape::Disk { radiance, .. }
+        | LightShape::Sphere { radiance, .. }
+        | LightShape::Cylinder { radiance, .. } => (radiance, None),
     };
-    let kind = kind(light);
+    let kind = kind(shape);
     let name = names.unused("/Scene", kind);
     out.open(kind, &name, if shaping.is_some() { Role::Applies("ShapingAPI") } else { Role::Plain })?;
     out.set("color3f inputs:color", color)?;
     // A point has a quarter of the intensity of a normalized sphere: see `POINT`.
-    let intensity = if matches!(light, Light::Point { .. }) { 1.0 / POINT as f32 } else { 1.0 };
+    let intensity = if matches!(shape, LightShape::Point { .. }) { 1.0 / POINT as f32 } else { 1.0 };
     out.set("float inputs:intensity", &intensity)?;
     out.set("token vellus:lightGroup", &Token(&plain(group)))?;
-    if !seen {
+    if !light.visible {
         out.set(&format!("int {SEEN_BY_RENDERMAN}"), &0u32)?;
     }
-    link.map_or(Ok(()), |link| write_link(out, link, names))?;
+    link.iter().try_for_each(|link| write_link(out, link, names))?;
     if let Some(texture) = texture {
         out.set("asset inputs:texture:file", &Asset(&names.textures[texture]))?;
     }
-    let to_world = match light {
-        Light::Dome { rotation, ground, .. } => {
-            // The middle of the image is at +z for a DomeLight, and at −z for `Light::Dome`.
+    let to_world = match shape {
+        LightShape::Dome { rotation, ground, .. } => {
+            // The middle of the image is at +z for a DomeLight, and at −z for `LightShape::Dome`.
             out.set("token inputs:texture:format", &Token("latlong"))?;
             let rotation = rotation.as_dmat3() * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
             if let Some(ground) = ground {
@@ -247,33 +240,33 @@ pub(crate) fn light(
             let origin = ground.map_or(DVec3::ZERO, |ground| ground.origin.as_dvec3());
             DMat4::from_translation(origin) * DMat4::from_mat3(rotation)
         }
-        Light::Distant { direction, half_angle, .. } => {
+        LightShape::Distant { direction, half_angle, .. } => {
             out.set("float inputs:angle", &((2.0 * f64::from(*half_angle)).to_degrees() as f32))?;
             out.set("bool inputs:normalize", &true)?;
             let z = direction.as_dvec3();
             let x = z.normalize().any_orthonormal_vector();
             DMat4::from_mat3(DMat3::from_cols(x, z.cross(x), z))
         }
-        Light::Rect { to_world, .. } => {
+        LightShape::Rect { to_world, .. } => {
             out.set("float inputs:width", &1.0f32)?;
             out.set("float inputs:height", &1.0f32)?;
             to_world.as_dmat4()
         }
-        Light::Disk { to_world, .. } => {
+        LightShape::Disk { to_world, .. } => {
             out.set("float inputs:radius", &1.0f32)?;
             to_world.as_dmat4()
         }
-        Light::Point { position, .. } => {
+        LightShape::Point { position, .. } => {
             out.set("float inputs:radius", &0.0f32)?;
             out.set("bool inputs:normalize", &true)?;
             out.set("bool treatAsPoint", &true)?;
             DMat4::from_translation(position.as_dvec3())
         }
-        Light::Sphere { center, radius, .. } => {
+        LightShape::Sphere { center, radius, .. } => {
             out.set("float inputs:radius", radius)?;
             DMat4::from_translation(center.as_dvec3())
         }
-        Light::Cylinder { center, half_axis, radius, .. } => {
+        LightShape::Cylinder { center, half_axis, radius, .. } => {
             out.set("float inputs:radius", radius)?;
             // The axis of a CylinderLight is x.
             let axis = half_axis.as_dvec3();
@@ -298,15 +291,15 @@ pub(crate) fn light(
         out.set("asset inputs:shaping:ies:file", &Asset(&names.textures[profile.texture]))?;
     }
     // The axis is −z of the light. Points and spheres have no direction of their own, so they turn to the axis.
-    let turned = match light {
-        Light::Point { .. } | Light::Sphere { .. } => {
+    let turned = match shape {
+        LightShape::Point { .. } | LightShape::Sphere { .. } => {
             let z = -shaping.axis.as_dvec3().normalize();
             let side = shaping.profile.and_then(|p| (-p.side.as_dvec3()).reject_from_normalized(z).try_normalize());
             let x = side.unwrap_or_else(|| z.any_orthonormal_vector());
             let rotation = DMat3::from_cols(x, z.cross(x), z);
             DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(rotation)
         }
-        Light::Cylinder { half_axis, .. } => {
+        LightShape::Cylinder { half_axis, .. } => {
             // −z is perpendicular to the axis of the cylinder, which is x.
             let x = half_axis.as_dvec3().normalize();
             let across = -shaping.axis.as_dvec3().reject_from_normalized(x);

@@ -96,13 +96,13 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     std::fs::create_dir_all(&folder_path).map_err(|error| Error::write(&folder_path, error))?;
     let mut taken = HashSet::new();
     let mut names = Vec::new();
-    let is_profile =
-        |index: usize| scene.shapings.iter().any(|(_, shaping)| shaping.profile.is_some_and(|p| p.texture == index));
+    let profiles = scene.lights.iter().filter_map(|light| Some(light.shaping.as_ref()?.profile?.texture));
+    let profiles: HashSet<usize> = profiles.collect();
     for (index, texture) in scene.textures.iter().enumerate() {
         let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
         let tile = if matches!(texture.wrap, [Wrap::Tiles(_), _]) { format!(".{UDIM}") } else { String::new() };
         let wish = plain(wish.trim_end_matches(UDIM).trim_end_matches('.'));
-        let kind = if is_profile(index) { "ies" } else { "exr" };
+        let kind = if profiles.contains(&index) { "ies" } else { "exr" };
         let mut name = format!("{wish}{tile}.{kind}");
         let mut number = 2;
         // Some file systems do not distinguish upper and lower case.
@@ -110,7 +110,7 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
             name = format!("{wish}_{number}{tile}.{kind}");
             number += 1;
         }
-        if is_profile(index) {
+        if profiles.contains(&index) {
             let path = folder_path.join(&name);
             let text = encode_profile(texture);
             vellus_io::write(&path, text.as_bytes()).map_err(|error| Error::write(&path, error))?;
@@ -169,13 +169,11 @@ fn stage(scene: &Scene, mut names: Names, out: &mut dyn Encoder) -> io::Result<(
             settings(out, item.fit, &mut names)?;
         }
     }
-    if !scene.links.is_empty() {
+    if scene.is_linked() {
         names.objects = object_paths(scene, names.clone());
     }
-    for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
-        let shaping = scene.shapings.iter().find(|(index, _)| *index == i).map(|(_, shaping)| shaping);
-        let link = scene.links.iter().find(|(index, _)| *index == i).map(|(_, link)| link);
-        light(out, item, &group, !scene.unseen_lights.contains(&i), shaping, link, &mut names)?;
+    for (item, group) in scene.lights.iter().zip(scene.light_group_names()) {
+        light(out, item, &group, &mut names)?;
     }
     for item in &scene.meshes {
         mesh(out, "/Scene", item, &mut names)?;

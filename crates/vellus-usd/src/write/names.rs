@@ -50,7 +50,7 @@ impl Names {
 pub(crate) fn object_paths(scene: &Scene, mut names: Names) -> HashMap<String, Vec<String>> {
     let mut paths: HashMap<String, Vec<String>> = HashMap::new();
     let mut add = |name: &str, path: String| paths.entry(name.to_owned()).or_default().push(path);
-    scene.lights.iter().for_each(|light| drop(names.unused("/Scene", kind(light))));
+    scene.lights.iter().for_each(|light| drop(names.unused("/Scene", kind(&light.shape))));
     let own = scene.meshes.iter().map(|mesh| &mesh.name).chain(scene.strands.iter().map(|strands| &strands.name));
     own.for_each(|name| add(name, format!("/Scene/{}", names.unused("/Scene", name))));
     let classes: Vec<String> = scene.prototypes.iter().map(|item| names.unused("", &item.name)).collect();

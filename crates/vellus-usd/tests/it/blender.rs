@@ -3,7 +3,7 @@
 use crate::common::{blender, read, with_width};
 use glam::Vec3;
 use std::f32::consts::PI;
-use vellus_scene::{Basis, Light, Values};
+use vellus_scene::{Basis, Light, LightShape, Values};
 use vellus_usd::Options;
 
 const STRANDS: usize = 24;
@@ -144,16 +144,20 @@ def Material \"Fur\" {{
 fn lights_and_particle_hair_of_blender_5_2_are_read() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/blender_5_2.usda");
     let (scene, warnings) = read(&file, &with_width(0.01)).unwrap();
-    let kinds: Vec<_> =
-        scene.lights.iter().zip(&scene.light_groups).map(|(l, name)| (name.as_str(), l.kind())).collect();
+    let named = |light: &'_ Light| (light.group.clone().unwrap_or_default(), light.shape.kind());
+    let kinds: Vec<_> = scene.lights.iter().map(named).collect();
     let expected = [("Area", "disk"), ("Bulb", "sphere"), ("Point", "point"), ("Spot", "point"), ("Sun", "distant")];
-    assert!(expected.iter().all(|light| kinds.contains(light)) && kinds.len() == 5, "{kinds:?}");
-    let at = |name: &str| kinds.iter().position(|(group, _)| *group == name).unwrap();
+    assert!(
+        expected.iter().all(|(group, kind)| kinds.contains(&((*group).to_owned(), *kind))) && kinds.len() == 5,
+        "{kinds:?}"
+    );
+    let at = |name: &str| kinds.iter().position(|(group, _)| group == name).unwrap();
     // 500 W in all directions.
-    let Light::Point { intensity, .. } = &scene.lights[at("Point")] else { panic!() };
+    let LightShape::Point { intensity, .. } = &scene.lights[at("Point")].shape else { panic!() };
     assert!((intensity[0] - 500.0 / (4.0 * PI)).abs() < 1e-4, "{intensity:?}");
-    let [(spot, shaping)] = scene.shapings[..] else { panic!("{:?}", scene.shapings) };
-    assert!(spot == at("Spot") && (shaping.cone.to_degrees() - 20.0).abs() < 1e-4 && shaping.softness == 0.3);
+    let shapings: Vec<_> = scene.lights.iter().filter_map(|light| light.shaping).collect();
+    let ([shaping], Some(_)) = (&shapings[..], scene.lights[at("Spot")].shaping) else { panic!("{shapings:?}") };
+    assert!((shaping.cone.to_degrees() - 20.0).abs() < 1e-4 && shaping.softness == 0.3);
     assert!(shaping.axis.abs_diff_eq(Vec3::NEG_Z, 1e-6));
     let strands: Vec<_> = scene.strands.iter().map(|s| (s.len(), s.points[0].w)).collect();
     // Particles have the width of the option, curves their own.

@@ -5,9 +5,9 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Custom, CustomValues, Fit, Ground, Instance, Light, Link, Look, Mesh, NormalMap, Objects, Opacity,
-    Parameter, Per, Profile, Prototype, ReflectanceOf, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
-    Values, Wrap,
+    Basis, Camera, Custom, CustomValues, Fit, Ground, Instance, Light, LightShape, Link, Look, Mesh, NormalMap,
+    Objects, Opacity, Parameter, Per, Profile, Prototype, ReflectanceOf, Scene, Shaping, Strands, Surface, Texture,
+    Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Format, Options, write, write_to};
 
@@ -114,54 +114,45 @@ fn scene() -> Scene {
             Texture { pixels: vec![[0.5; 3], [0.125; 3]].into(), ..texture("holes.exr", 2, 1) },
             texture("bumps.exr", 2, 2),
         ],
-        lights: vec![
-            Light::Dome {
+        lights: [
+            LightShape::Dome {
                 radiance: [0.5, 0.6, 0.7],
                 texture: Some(2),
                 rotation: turned,
                 ground: Some(Ground { origin: Vec3::new(0.5, -0.25, 2.0), height: 1.5, radius: 30.0 }),
             },
-            Light::Distant { direction: Vec3::new(0.48, 0.64, -0.6), half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] },
-            Light::Rect {
+            LightShape::Distant {
+                direction: Vec3::new(0.48, 0.64, -0.6),
+                half_angle: 0.05,
+                irradiance: [3.0, 2.0, 1.0],
+            },
+            LightShape::Rect {
                 to_world: pose(0.3) * Mat4::from_scale(Vec3::new(2.0, 0.5, 1.0)),
                 radiance: [5.0; 3],
                 texture: None,
             },
-            Light::Disk { to_world: pose(0.7) * Mat4::from_scale(Vec3::splat(0.1)), radiance: [1.0, 0.0, 9.0] },
-            Light::Sphere { center: Vec3::new(0.1, 0.2, 0.3), radius: 0.7, radiance: [0.1; 3] },
-            Light::Cylinder {
+            LightShape::Disk { to_world: pose(0.7) * Mat4::from_scale(Vec3::splat(0.1)), radiance: [1.0, 0.0, 9.0] },
+            LightShape::Sphere { center: Vec3::new(0.1, 0.2, 0.3), radius: 0.7, radiance: [0.1; 3] },
+            LightShape::Cylinder {
                 center: Vec3::new(-0.5, 0.25, 1.0),
                 half_axis: Vec3::new(0.0, 0.0, 1.5),
                 radius: 0.125,
                 radiance: [1.0, 2.0, 3.0],
             },
-            Light::Point { position: Vec3::new(1.0, 0.5, 0.25), intensity: [0.5, 1.0, 2.0] },
-        ],
+            LightShape::Point { position: Vec3::new(1.0, 0.5, 0.25), intensity: [0.5, 1.0, 2.0] },
+        ]
+        .into_iter()
+        .zip(["sky", "sun", "key", "key", "lamp-2", "tube", "spot"])
+        .enumerate()
+        .map(|(i, (shape, group))| Light {
+            shape,
+            group: Some(group.to_owned()),
+            visible: ![0, 3].contains(&i),
+            shaping: shaping(i),
+            link: link(i),
+        })
+        .collect(),
         background: None,
-        unseen_lights: vec![0, 3],
-        shapings: vec![
-            (
-                5,
-                Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0, tint: [0.0; 3], profile: None },
-            ),
-            (
-                6,
-                Shaping {
-                    axis: Vec3::NEG_Y,
-                    cone: PI / 6.0,
-                    softness: 0.25,
-                    focus: 2.0,
-                    tint: [0.5, 0.25, 0.0],
-                    profile: Some(Profile { texture: PROFILE, side: Vec3::X }),
-                },
-            ),
-        ],
-        links: vec![
-            (1, Link { lit: Objects::Except(vec!["/world/bezier".into(), "floor".into()]), ..Link::default() }),
-            (2, Link { casters: Objects::Only(vec!["skin".into()]), diffuse: 0.5, ..Link::default() }),
-            (4, Link { lit: Objects::Only(vec!["skin".into()]), casters: Objects::NONE, specular: 2.0, diffuse: 0.0 }),
-        ],
-        light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube", "spot"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),
             moved: Some(pose(0.25)),
@@ -174,6 +165,28 @@ fn scene() -> Scene {
         }),
         units: Some(Units { meters_per_unit: 1.0 / 3.0, z_up: true }),
         custom: custom(),
+    }
+}
+
+/// The shaping of a light of the scene.
+fn shaping(light: usize) -> Option<Shaping> {
+    let wide = Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0, tint: [0.0; 3], profile: None };
+    let profile = Some(Profile { texture: PROFILE, side: Vec3::X });
+    match light {
+        5 => Some(wide),
+        6 => Some(Shaping { cone: PI / 6.0, softness: 0.25, focus: 2.0, tint: [0.5, 0.25, 0.0], profile, ..wide }),
+        _ => None,
+    }
+}
+
+/// The link of a light of the scene.
+fn link(light: usize) -> Option<Link> {
+    let skin = || Objects::Only(vec!["skin".into()]);
+    match light {
+        1 => Some(Link { lit: Objects::Except(vec!["/world/bezier".into(), "floor".into()]), ..Link::default() }),
+        2 => Some(Link { casters: skin(), diffuse: 0.5, ..Link::default() }),
+        4 => Some(Link { lit: skin(), casters: Objects::NONE, specular: 2.0, diffuse: 0.0 }),
+        _ => None,
     }
 }
 
@@ -198,12 +211,12 @@ fn in_order_of_use(mut scene: Scene) -> Scene {
     let new = |old: usize| order.iter().position(|&o| o == old).unwrap();
     scene.textures = order.iter().map(|&o| scene.textures[o].clone()).collect();
     for light in &mut scene.lights {
-        if let Light::Dome { texture, .. } | Light::Rect { texture, .. } = light {
+        if let LightShape::Dome { texture, .. } | LightShape::Rect { texture, .. } = &mut light.shape {
             *texture = texture.map(new);
         }
-    }
-    for (_, shaping) in &mut scene.shapings {
-        shaping.profile = shaping.profile.map(|profile| Profile { texture: new(profile.texture), ..profile });
+        if let Some(shaping) = &mut light.shaping {
+            shaping.profile = shaping.profile.map(|profile| Profile { texture: new(profile.texture), ..profile });
+        }
     }
     for surface in &mut scene.surfaces {
         surface.color.texture = surface.color.texture.map(new);
@@ -239,7 +252,9 @@ fn forgive_last_bits(expected: &Scene, found: &mut Scene) {
         }
     }
     for (a, b) in expected.lights.iter().zip(&mut found.lights) {
-        if let (Light::Distant { half_angle: a, .. }, Light::Distant { half_angle: b, .. }) = (a, b) {
+        if let (LightShape::Distant { half_angle: a, .. }, LightShape::Distant { half_angle: b, .. }) =
+            (&a.shape, &mut b.shape)
+        {
             forgive(*a, b);
         }
     }
@@ -331,8 +346,10 @@ fn herd() -> Scene {
         instances: (0..3).map(|i| Instance::new(0, at(i))).collect(),
         strands: ["Looks", "lone"].map(|name| strands(name, Basis::Linear, &[2], 0)).to_vec(),
         looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
-        lights: vec![Light::Point { position: Vec3::Y, intensity: [1.0; 3] }],
-        links: vec![(0, Link { lit, ..Link::default() })],
+        lights: vec![Light {
+            link: Some(Link { lit, ..Link::default() }),
+            ..LightShape::Point { position: Vec3::Y, intensity: [1.0; 3] }.into()
+        }],
         ..Scene::default()
     }
 }
@@ -350,7 +367,7 @@ fn instances_read_back_from_both_formats() {
             (found.instances, &found.prototypes[0].strands),
             (scene.instances.clone(), &scene.prototypes[0].strands)
         );
-        assert_eq!((found.strands, found.links), (scene.strands.clone(), scene.links.clone()));
+        assert_eq!((found.strands, &found.lights[0].link), (scene.strands.clone(), &scene.lights[0].link));
     }
 }
 

@@ -3,7 +3,7 @@
 use super::said;
 use crate::common::read;
 use std::path::Path;
-use vellus_scene::{Light, Scene, Wrap};
+use vellus_scene::{LightShape, Scene, Wrap};
 use vellus_usd::{Options, Warning, write};
 
 /// Writes a grey image.
@@ -125,7 +125,7 @@ fn probes_become_lat_long_images() {
     for (format, column) in [("angular", 23), ("mirroredBall", 30)] {
         let (scene, warnings) = dome([65, 65], &format!("token inputs:texture:format = \"{format}\""));
         assert!(said(&warnings).contains("where a probe points"), "{warnings:?}");
-        let Light::Dome { texture: Some(index), .. } = scene.lights[0] else { panic!() };
+        let LightShape::Dome { texture: Some(index), .. } = scene.lights[0].shape else { panic!() };
         let sky = &scene.textures[index];
         assert_eq!((sky.width, sky.height), (92, 46));
         let lit: Vec<usize> = (0..sky.pixels.len()).filter(|&i| sky.pixels.get(i)[0] > 0.05).map(|i| i % 92).collect();

@@ -166,7 +166,7 @@ fn content_of_nested_instances_is_that_of_copies() {
 #[test]
 fn written_instances_share_again() {
     let (mut scene, _) = shared(&herd(""));
-    (scene.lights, scene.light_groups) = (Vec::new(), Vec::new());
+    scene.lights.clear();
     scene.prototypes[0].name = "Scene".to_owned();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("herd.usda");

@@ -2,7 +2,7 @@
 
 use super::{FOUR, said, scene};
 use glam::{Mat3, Vec3};
-use vellus_scene::{Light, Shaping};
+use vellus_scene::{LightShape, Shaping};
 use vellus_usd::Options;
 
 #[test]
@@ -36,36 +36,37 @@ def PortalLight \"portal\" {{ }}"
             && warnings.len() == 2,
         "{said}"
     );
-    let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
-    assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
+    let shapes: Vec<_> = scene.lights.iter().map(|light| &light.shape).collect();
+    let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = shapes[..] else { panic!() };
+    assert_eq!(scene.light_group_names()[1..5], ["key-2", "sphere", "sun", "parallel"]);
     // The intensity 6 times 2 for the exposure, over an area of 2 · 2 · 3.
-    let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
+    let LightShape::Rect { radiance, to_world, .. } = rect else { panic!() };
     assert_eq!((*radiance, to_world.x_axis.x, to_world.y_axis.y), ([1.0, 0.5, 0.0], 4.0, 3.0));
-    let Light::Disk { radiance, to_world } = disk else { panic!() };
+    let LightShape::Disk { radiance, to_world } = disk else { panic!() };
     assert_eq!((*radiance, to_world.x_axis.x), ([3.0; 3], 0.5));
-    let Light::Sphere { radius, radiance, .. } = sphere else { panic!() };
+    let LightShape::Sphere { radius, radiance, .. } = sphere else { panic!() };
     assert!(*radius == 1.0 && (radiance[0] * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
-    let Light::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
+    let LightShape::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
     assert_eq!((*half_axis, *radius), (Vec3::new(3.0, 0.0, 0.0), 0.5));
     // The lateral area of the cylinder is 2 π times 0.5 times 6.
     assert!((radiance[0] * 6.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
-    let Light::Distant { direction, half_angle, irradiance } = sun else { panic!() };
+    let LightShape::Distant { direction, half_angle, irradiance } = sun else { panic!() };
     // The light travels along −z, which the rotation turns to +y. The irradiance is π sin² 30° times the radiance of 2.
     assert!(direction.abs_diff_eq(-Vec3::Y, 1e-6) && (half_angle.to_degrees() - 30.0).abs() < 1e-5);
     assert!((irradiance[0] - 0.5 * std::f32::consts::PI).abs() < 1e-6);
-    let Light::Distant { half_angle, irradiance, .. } = parallel else { panic!() };
+    let LightShape::Distant { half_angle, irradiance, .. } = parallel else { panic!() };
     assert_eq!((*half_angle, *irradiance), (0.0, [2.0; 3]));
-    let axes = |light: &Light| match light {
-        Light::Dome { rotation, .. } => (*rotation * Vec3::Y, *rotation * Vec3::NEG_Z),
+    let axes = |light: &LightShape| match light {
+        LightShape::Dome { rotation, .. } => (*rotation * Vec3::Y, *rotation * Vec3::NEG_Z),
         _ => panic!(),
     };
-    let Light::Dome { ground: Some(ground), .. } = sky else { panic!() };
+    let LightShape::Dome { ground: Some(ground), .. } = sky else { panic!() };
     assert_eq!((ground.origin, ground.height, ground.radius), (Vec3::new(1.0, 2.0, 3.0), 3.0, 40.0));
     // The directions of the pole and of the middle of the image.
     assert_eq!(axes(sky), (Vec3::Y, Vec3::Z));
     let (pole, middle) = axes(sky1);
     assert!(pole.abs_diff_eq(Vec3::Z, 1e-6) && middle.abs_diff_eq(-Vec3::Y, 1e-6));
-    let Light::Dome { rotation, .. } = sky1 else { panic!() };
+    let LightShape::Dome { rotation, .. } = sky1 else { panic!() };
     assert!((*rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
 }
 
@@ -96,8 +97,8 @@ def RectLight \"warm\" {{ bool inputs:enableColorTemperature = 1 float inputs:co
         vellus_usd::read(&file, &Options::default()).map(|read| (read.scene, read.warnings)).unwrap();
     let said = said(&warnings);
     assert!(warnings.len() == 1 && said.contains("/bad: ") && said.contains("bad.ies: broken profile"), "{said}");
-    let shapings: Vec<_> = scene.shapings.iter().map(|(light, shaping)| (*light, shaping)).collect();
-    let [(0, lamp), (1, even), (3, tinted)] = shapings[..] else { panic!("{shapings:?}") };
+    let shapings: Vec<_> = scene.lights.iter().map(|light| light.shaping.as_ref()).collect();
+    let [Some(lamp), Some(even), _, Some(tinted), None] = shapings[..] else { panic!("{shapings:?}") };
     assert_eq!((tinted.tint, tinted.focus), ([1.0, 0.5, 0.0], 3.0));
     let factor = tinted.factor(Vec3::new(0.6, 0.0, -0.8));
     assert!((factor[0] - 1.0).abs() < 1e-6 && (factor[1] - 0.756).abs() < 1e-6 && (factor[2] - 0.512).abs() < 1e-6);
@@ -115,7 +116,7 @@ def RectLight \"warm\" {{ bool inputs:enableColorTemperature = 1 float inputs:co
     }
     assert!((at(even, Vec3::NEG_X) / at(even, Vec3::X) - 4.0).abs() < 0.05 && at(even, Vec3::NEG_X) < 4.0);
     // UsdLux.BlackbodyTemperatureAsRgb(3000) of OpenUSD is (1.7710, 0.8443, 0.2720).
-    let Light::Rect { radiance, .. } = scene.lights[4] else { panic!() };
+    let LightShape::Rect { radiance, .. } = scene.lights[4].shape else { panic!() };
     for (found, expected) in radiance.into_iter().zip([2.0 * 1.7710, 0.8443, 2.0 * 0.2720]) {
         assert!((found - expected).abs() < 0.01, "{radiance:?}");
     }
@@ -135,7 +136,8 @@ def RectLight \"both\" {{ int primvars:ri:attributes:visibility:camera = 1 float
 def RectLight \"none\" {{ }}
 def DomeLight \"sky\" {{ float primvars:arnold:camera = 0 }}"
     ));
-    assert_eq!((scene.unseen_lights, warnings.len()), (vec![0, 1, 2, 3, 6], 0));
+    let seen: Vec<bool> = scene.lights.iter().map(|light| light.visible).collect();
+    assert_eq!((seen, warnings.len()), (vec![false, false, false, false, true, true, false], 0));
 }
 
 /// Blender writes points as spheres of radius 0, and spots as points with a shaping.
@@ -164,9 +166,10 @@ def DistantLight \"Sun\" {{ custom string userProperties:blender:data_name = \"S
     );
     assert!(said.contains("/Sun: Blender writes a quarter"), "{said}");
     // A normalized sphere of radius r has the radiance 8/(4πr²), and a disk of area πr² is seen: 2 per solid angle.
-    assert_eq!(scene.lights[0], Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: [2.0; 3] });
-    assert_eq!(scene.lights[1].kind(), "point");
-    let [(1, spot), (3, half)] = scene.shapings[..] else { panic!("{:?}", scene.shapings) };
+    assert_eq!(scene.lights[0].shape, LightShape::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: [2.0; 3] });
+    assert_eq!(scene.lights[1].shape.kind(), "point");
+    let shapings: Vec<_> = scene.lights.iter().map(|light| light.shaping).collect();
+    let [None, Some(spot), None, Some(half), ..] = shapings[..] else { panic!("{shapings:?}") };
     // −z, turned about x by 90 degrees.
     assert!(spot.axis.abs_diff_eq(Vec3::Y, 1e-6) && (spot.cone.to_degrees() - 20.0).abs() < 1e-4);
     assert_eq!((spot.softness, spot.focus, half.cone), (0.3, 2.0, std::f32::consts::FRAC_PI_2));
@@ -186,7 +189,7 @@ def BasisCurves \"b\" {{ {FOUR} }}
 def Xform \"x\" {{ {op} = {value} uniform token[] xformOpOrder = [\"{}\"] def DomeLight \"sky\" {{ }} }}",
             op.rsplit(' ').next().unwrap()
         ));
-        let Light::Dome { rotation, .. } = scene.lights[0] else { panic!() };
+        let LightShape::Dome { rotation, .. } = scene.lights[0].shape else { panic!() };
         assert!((rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
         // Without the half turn between the frames of the file and of the scene.
         (rotation * Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0)), said(&warnings))

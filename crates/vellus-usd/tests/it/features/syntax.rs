@@ -37,7 +37,7 @@ fn whole_numbers_in_samples_are_read_as_real_ones() {
         def Camera \"k\" {{ float focalLength.timeSamples = {{ 3: 30, 1: 10 }} float horizontalAperture = 20 }}"
     );
     let scene = at(&lit, 2.0);
-    assert!(matches!(scene.lights[0], vellus_scene::Light::Dome { radiance: [2.0, 2.0, 2.0], .. }));
+    assert!(matches!(scene.lights[0].shape, vellus_scene::LightShape::Dome { radiance: [2.0, 2.0, 2.0], .. }));
     assert_eq!(scene.camera.unwrap().film_width, 1.0);
 }
 
