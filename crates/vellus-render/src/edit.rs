@@ -59,7 +59,7 @@ impl World {
     /// indices of [`Curves::strands`]. The hierarchies stay.
     ///
     /// # Errors
-    /// [`Error`] if a look is invalid, if the number of looks or values does not match, or if the model refuses a fibre.
+    /// [`Error`] if a look is invalid, the number of looks or values does not match, or the model refuses a fibre.
     /// Nothing changes then.
     pub fn set_looks(&mut self, looks: Vec<Look>, varying: Vec<(usize, Varying)>) -> Result<(), Error> {
         if looks.len() != self.geometry.looks.len() {

@@ -23,7 +23,7 @@ fn small_scenes_have_the_same_pixels_as_before() {
         ("hair-lock", "f84046c793e8477b"),
         ("raccoon", "a7215d45e627f70b"),
         ("hamster", "a533f1922b57a835"),
-        ("cat", "8176add75cc41c37"),
+        ("cat", "15741233d7d5f4a0"),
         ("hair", "7ed35f526f9f803d"),
         ("polar-bear", "c755bd6bdd51ea7a"),
         ("hamsters", "f09d8b69edcdc70d"),

@@ -619,8 +619,8 @@ def tables() -> dict[str, dict[str, Any]]:
       `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state; `turn` (tau, g, 4, 3), coefficients of h, h cos ψ
       and (1 − h²) sin ψ in the fit to the offset at which light leaves the medulla, up to each of `reach_nodes` (4,). ψ
       is the azimuth from straight on.
-    - `constants` of the axes: `tau_max`, `tau_growth` and `tau_scale` of ln(1 + kτ), `g_max`, `theta_max` in radians, and
-      of the cone of light that leaves `cones` and `shifts`, its numbers of nodes, and `most_eta`.
+    - `constants` of the axes: `tau_max`, `tau_growth` and `tau_scale` of ln(1 + kτ), `g_max`, `theta_max` in radians,
+      and of the cone of light that leaves `cones` and `shifts`, its numbers of nodes, and `most_eta`.
 
     Axes: `tau` is the optical radius, spaced evenly in ln(1 + kτ); `g` the anisotropy, evenly in ln(1 − g); `h` the
     offset in radii of the medulla, evenly in asin h; all angles in radians, evenly.

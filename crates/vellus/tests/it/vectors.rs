@@ -89,7 +89,7 @@ fn text() -> [String; 2] {
     [fiber_rows, query_rows]
 }
 
-/// Rounded to six digits, a value may be off by 5e-6 of itself. `cargo xtask generate` writes the files, in four minutes.
+/// Rounded to six digits, a value may be off by 5e-6 of itself. `cargo xtask generate` writes the files in minutes.
 #[test]
 fn generated_vectors_are_those_of_the_oracle() {
     if generated::writes() {
