@@ -103,8 +103,9 @@ impl World {
     /// # Errors
     /// [`Error`] if a light is invalid, or their number differs. The lights are then as before.
     pub fn set_lights(&mut self, lights: &[Light]) -> Result<(), Error> {
-        if lights.len() != self.geometry.groups.len() {
-            return Err(invalid("lights", "a change of lights keeps their number"));
+        let is_linked = lights.iter().any(|light| light.link.is_some());
+        if lights.len() != self.geometry.groups.len() || is_linked != self.geometry.lights.is_linked() {
+            return Err(invalid("lights", "a change of lights keeps their number and links"));
         }
         let textures = &self.geometry.textures;
         lights.iter().try_for_each(|light| light.validate(textures.len()))?;

@@ -6,7 +6,7 @@
 //! ```
 //! use glam::{Vec3, Vec4};
 //! use vellus::{Fiber, Species};
-//! use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+//! use vellus_scene::{Basis, Camera, LightShape, Look, Scene, Strands};
 //! # fn main() -> Result<(), vellus_scene::Error> {
 //! // One straight hair of length 5 and radius 0.004 under a white sky.
 //! let hair = Strands {
@@ -23,7 +23,7 @@
 //! let scene = Scene {
 //!     strands: vec![hair],
 //!     looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
-//!     lights: vec![sky],
+//!     lights: vec![sky.into()],
 //!     camera: Some(Camera::look_at(Vec3::new(0.0, 2.5, 8.0), Vec3::new(0.0, 2.5, 0.0), Vec3::Y, 0.8, 1.5)),
 //!     ..Scene::default()
 //! };

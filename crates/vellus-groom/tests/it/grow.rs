@@ -125,6 +125,27 @@ fn clumps_pull_tips_together() {
 
 /// Five strands on a square of 10 × 10 are far apart. A clump stretches none of them by more than half. Waves are off.
 /// Maps may return any value, and the result is finite strands or an error.
+/// With full strength all tips of a clump are in one place, but not those of strays: a fifth of the strands, ± 4 √(n p
+/// (1 − p)). Some clumps are several times as large as others.
+#[test]
+fn strays_are_in_no_clump_and_clumps_differ_in_size() {
+    let clump = Clump { strands: 40, strength: 1.0, power: 1.0 };
+    let settings = GrowSettings { count: 4000, clump, stray: 0.2, length: 3.0, noise: 0.0, ..GrowSettings::default() };
+    let strands = grow(&square(), &settings, &Maps::default()).unwrap();
+    let tip = |i: usize| strands.strand(i)[strands.strand(i).len() - 2].truncate();
+    let centers: Vec<Vec3> = (0..100).map(|i| tip(40 * i)).collect();
+    let mut sizes = vec![0; centers.len()];
+    for i in 0..strands.len() {
+        if let Some(center) = centers.iter().position(|center| center.distance(tip(i)) < 1e-3) {
+            sizes[center] += 1;
+        }
+    }
+    let strays = strands.len() - sizes.iter().sum::<usize>();
+    assert!(strays.abs_diff(800) < 102, "{strays}");
+    sizes.sort_unstable();
+    assert!(sizes[90] > 2 * sizes[10], "{sizes:?}");
+}
+
 #[test]
 fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     let sparse = GrowSettings {
