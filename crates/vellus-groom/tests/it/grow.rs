@@ -130,7 +130,7 @@ fn clumps_pull_tips_together() {
 #[test]
 fn strays_are_in_no_clump_and_clumps_differ_in_size() {
     let clump = Clump { strands: 40, strength: 1.0, power: 1.0 };
-    let settings = GrowSettings { count: 4000, clump, stray: 0.2, length: 3.0, noise: 0.0, ..GrowSettings::default() };
+    let settings = GrowSettings { count: 4000, clump, stray: 0.2, length: 9.0, noise: 0.0, ..GrowSettings::default() };
     let strands = grow(&square(), &settings, &Maps::default()).unwrap();
     let tip = |i: usize| strands.strand(i)[strands.strand(i).len() - 2].truncate();
     let centers: Vec<Vec3> = (0..100).map(|i| tip(40 * i)).collect();
