@@ -108,8 +108,8 @@ fn ten_species(preset: fn(Species) -> Fiber) {
     check_scores("ten species", &scores);
 }
 
-/// Reported errors match repeated measurements: the mean square of 16 × 11 errors (40 × 11 in `cargo xtask full`), each
-/// divided by its standard error, is 1.
+/// Reported errors match repeated measurements: the mean square of 16 × 11 errors (40 × 11 in `cargo xtask full`),
+/// each divided by its standard error, is 1.
 #[test]
 fn standard_errors_match_repeated_measurements() {
     let fiber = Fiber { sigma_ca: [0.4; 3], kappa: 0.7, ..Fiber::preset(Species::Raccoon) };

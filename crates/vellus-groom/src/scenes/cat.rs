@@ -10,9 +10,9 @@ use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use vellus::Species;
-use vellus_scene::{Camera, LightShape, Scene};
+use vellus_scene::{Camera, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
@@ -92,9 +92,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         [0.42, 0.36, 0.31],
     );
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
-    scene.lights.push(
-        LightShape::Dome { radiance: [0.26, 0.29, 0.34], texture: None, rotation: Mat3::IDENTITY, ground: None }.into(),
-    );
+    scene.lights.push(props::dome([0.26, 0.29, 0.34], None));
     let eye = target + 150.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 17f32.to_radians(), 1.5));
     Ok(scene)

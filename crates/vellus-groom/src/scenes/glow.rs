@@ -1,9 +1,10 @@
 //! A studio background: a dome that is brightest behind the subject.
 
 use super::coat::smoothstep;
-use glam::{Mat3, Vec3};
+use super::props;
+use glam::Vec3;
 use std::f32::consts::{PI, TAU};
-use vellus_scene::{LightShape, Scene, Texture, Wrap};
+use vellus_scene::{Scene, Texture, Wrap};
 
 const WIDTH: usize = 256;
 const HEIGHT: usize = 128;
@@ -21,7 +22,7 @@ pub(super) fn glow(scene: &mut Scene, center: Vec3, reach: f32, bright: Vec3, da
     });
     let pixels = pixels.collect();
     let texture = Some(scene.textures.len());
-    scene.lights.push(LightShape::Dome { radiance: [1.0; 3], texture, rotation: Mat3::IDENTITY, ground: None }.into());
+    scene.lights.push(props::dome([1.0; 3], texture));
     scene.textures.push(Texture {
         name: "studio".to_owned(),
         width: WIDTH,

@@ -7,12 +7,12 @@ use crate::grow::grow;
 use crate::roots::Site;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f32::consts::{FRAC_PI_2, PI};
 use vellus::Fiber;
-use vellus_scene::{Camera, Instance, LightShape, Look, Mesh, Parameter, Prototype, Scene, Strands};
+use vellus_scene::{Camera, Instance, Look, Mesh, Parameter, Prototype, Scene, Strands};
 
 /// Number of hamsters.
 const COUNT: usize = 100;
@@ -48,16 +48,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.instances = herd();
     scene.instances.extend(meadow());
     props::ground(&mut scene, 20_000.0, [0.09, 0.1, 0.045]);
-    scene.lights.push(
-        LightShape::Dome {
-            radiance: [1.0; 3],
-            texture: Some(scene.textures.len()),
-            rotation: Mat3::IDENTITY,
-            ground: None,
-        }
-        .into(),
-    );
-    scene.textures.push(sky::sky(Vec3::new(0.55, 0.75, 0.6)));
+    sky::sky(&mut scene, Vec3::new(0.55, 0.75, 0.6));
     let eye = Vec3::new(285.0, 46.0, 0.0);
     let camera = Camera::look_at(eye, Vec3::new(0.0, 4.4, 0.0), Vec3::Y, 21f32.to_radians(), 1.5);
     // The front third of the herd is in focus, and the horizon is soft.

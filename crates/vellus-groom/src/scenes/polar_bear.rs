@@ -8,9 +8,9 @@ use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
 use crate::settings::{Clump, GrowSettings};
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use vellus::{Fiber, Species};
-use vellus_scene::{Camera, LightShape, Scene};
+use vellus_scene::{Camera, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
@@ -93,9 +93,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     props::strip(&mut scene, &props::room(110.0, 190.0), forward, 1200.0, [0.62, 0.66, 0.72]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [8.6, 8.1, 7.3]));
-    scene.lights.push(
-        LightShape::Dome { radiance: [0.3, 0.36, 0.46], texture: None, rotation: Mat3::IDENTITY, ground: None }.into(),
-    );
+    scene.lights.push(props::dome([0.3, 0.36, 0.46], None));
     let eye = target + 190.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)

@@ -1,6 +1,6 @@
 //! Objects in built-in scenes: eyes, noses, grounds and lights.
 
-use glam::{Mat4, Quat, Vec2, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use vellus_scene::{Light, LightShape, Mesh, Scene, Surface, Tint};
 
@@ -96,6 +96,11 @@ pub(super) fn strip(scene: &mut Scene, profile: &[Vec2], forward: Vec3, half: f3
         surface: scene.surfaces.len(),
     });
     scene.surfaces.push(Surface::diffuse("backdrop", color));
+}
+
+/// A light from all directions: a radiance, or the factor of a texture of the scene.
+pub(super) fn dome(radiance: [f32; 3], texture: Option<usize>) -> Light {
+    LightShape::Dome { radiance, texture, rotation: Mat3::IDENTITY, ground: None }.into()
 }
 
 /// A rectangular light at `from` that faces `to`, with this width and height.

@@ -11,9 +11,9 @@ use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 use vellus::Species;
-use vellus_scene::{Camera, LightShape, Scene};
+use vellus_scene::{Camera, Scene};
 
 /// Points and radii of the tail, from the rump to its tip.
 const TAIL: [([f32; 3], f32); 6] = [
@@ -98,16 +98,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     props::ellipsoid(&mut scene, nose, Vec3::new(0.75, 0.7, 0.95), Quat::IDENTITY, wet);
     props::ground(&mut scene, 20_000.0, [0.17, 0.18, 0.09]);
     grass::grass(&mut scene, &body, small);
-    scene.lights.push(
-        LightShape::Dome {
-            radiance: [1.0; 3],
-            texture: Some(scene.textures.len()),
-            rotation: Mat3::IDENTITY,
-            ground: None,
-        }
-        .into(),
-    );
-    scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
+    sky::sky(&mut scene, Vec3::new(0.75, 0.8, 0.35));
     let target = Vec3::new(-3.5, 15.5, 3.0);
     let eye = target + 150.0 * Vec3::new(0.76, 0.1, 0.65).normalize();
     let camera = Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5);

@@ -2,16 +2,23 @@
 
 use super::coat::smoothstep;
 use super::noise::noise;
+use super::props;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
-use vellus_scene::{Texture, Wrap};
+use vellus_scene::{Scene, Texture, Wrap};
 
 const WIDTH: usize = 512;
 const HEIGHT: usize = 256;
 
+/// Adds a clear sky with a sun in this direction.
+pub(super) fn sky(scene: &mut Scene, sun: Vec3) {
+    scene.lights.push(props::dome([1.0; 3], Some(scene.textures.len())));
+    scene.textures.push(image(sun));
+}
+
 /// A lat-long image of a clear sky. The centre is −z, the top +y, and +x is right of the centre. The radiance is about
 /// 1 at the zenith. Woods stand along the horizon. The sun has about twice the irradiance of the sky.
-pub(super) fn sky(sun: Vec3) -> Texture {
+fn image(sun: Vec3) -> Texture {
     let sun = sun.normalize_or(Vec3::Y);
     let pixels = (0..WIDTH * HEIGHT).map(|i| {
         let phi = TAU * ((i % WIDTH) as f32 + 0.5) / WIDTH as f32 - PI;

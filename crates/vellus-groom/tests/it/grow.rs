@@ -125,8 +125,8 @@ fn clumps_pull_tips_together() {
 
 /// Five strands on a square of 10 × 10 are far apart. A clump stretches none of them by more than half. Waves are off.
 /// Maps may return any value, and the result is finite strands or an error.
-/// With full strength all tips of a clump are in one place, but not those of strays: a fifth of the strands, ± 4 √(n p
-/// (1 − p)). Some clumps are several times as large as others.
+/// With full strength all tips of a clump are in one place, but not those of strays: a fifth of the strands, within
+/// 4 √(n p (1 − p)). Some clumps are several times as large as others.
 #[test]
 fn strays_are_in_no_clump_and_clumps_differ_in_size() {
     let clump = Clump { strands: 40, strength: 1.0, power: 1.0 };

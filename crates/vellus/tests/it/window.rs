@@ -31,8 +31,8 @@ impl L1 {
 }
 
 /// The presets and the published fibres of ten species at four inclinations, as shipped and with five segments. The sum
-/// of R, TT and TRT is compared with 6,000 points in γ (20,000 in `cargo xtask full`), TTˢ and TRTˢ with 400 points in
-/// asin h″. So is the energy of each lobe.
+/// of R, TT and TRT is compared with 6,000 points in γ (20,000 in `cargo xtask full`), TTˢ and TRTˢ with 400 points
+/// in asin h″. So is the energy of each lobe.
 #[test]
 #[ignore = "test: quadrature with 6,000 points"]
 fn far_field_matches_quadrature() {
