@@ -60,7 +60,7 @@ typedef enum VellusLobe {
   // Scattered by the medulla in its second pass.
   VELLUS_LOBE_TRTS = 4,
   // All higher orders.
-  VELLUS_LOBE_RESIDUAL = 5,
+  VELLUS_LOBE_REST = 5,
 } VellusLobe;
 
 // How light that the medulla scattered leaves the fibre: the values of VellusParameters.exit.

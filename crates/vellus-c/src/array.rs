@@ -3,9 +3,12 @@
 use crate::fiber::VellusFiber;
 use crate::hit::VellusHit;
 use crate::memory::{Numbers, Places, VellusInput, VellusOutput, VellusOutputLobes, reference};
+use crate::parameters::VellusParameters;
 use crate::query::{VELLUS_LOBES, VellusSample, direction, uniform};
 use crate::status::{Failure, VellusStatus, guard};
 use crate::window::VellusWindow;
+use std::ops::Range;
+use vellus::glam::Vec3;
 use vellus::wide::f32x8;
 use vellus::{Bcsdf, Lobes, Sample, Window};
 
@@ -227,6 +230,71 @@ fn eights(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(8)
 }
 
+/// The numbers of [`VellusParameters`].
+const FIELDS: usize = size_of::<VellusParameters>() / 4;
+
+/// The parameters of each query, checked.
+struct Fibers(Numbers<FIELDS>);
+
+impl Fibers {
+    /// # Safety
+    /// As for [`Numbers::new`].
+    unsafe fn new(first: *const VellusParameters, stride: usize, count: usize) -> Result<Self, Failure> {
+        // SAFETY: promised by the caller.
+        let fibers = Fibers(unsafe { Numbers::new(VellusInput { data: first.cast(), stride }, "parameters", count) }?);
+        for i in 0..if stride == 0 { 1 } else { count } {
+            let valid = fibers.get(i).fiber().and_then(|fiber| fiber.validate().map_err(Failure::from));
+            of_query(i, valid)?;
+        }
+        Ok(fibers)
+    }
+
+    fn get(&self, i: usize) -> VellusParameters {
+        // SAFETY: the struct has only numbers of four bytes, any bits are valid for them, and C has filled them in.
+        unsafe { std::mem::transmute::<[f32; FIELDS], VellusParameters>(self.0.get(i)) }
+    }
+
+    /// Calls `f` with each model and its queries. Neighbours with the same parameters share one.
+    fn each(&self, count: usize, mut f: impl FnMut(&Bcsdf, Range<usize>)) -> Result<(), Failure> {
+        let mut first = 0;
+        while first < count {
+            let parameters = self.get(first);
+            let end = first + (first..count).take_while(|&i| self.get(i) == parameters).count();
+            f(&Bcsdf::new(&parameters.fiber()?)?, first..end);
+            first = end;
+        }
+        Ok(())
+    }
+}
+
+impl Hits {
+    /// ω_o and the window of a query.
+    fn get(&self, i: usize) -> (Vec3, Window) {
+        match self {
+            Hits::Near(wo, h) => (wo.get(i).into(), Window::near(h.get(i)[0])),
+            Hits::Windows(wo, windows) => {
+                let [low, high] = windows.get(i);
+                (wo.get(i).into(), Window::range(low, high))
+            }
+        }
+    }
+}
+
+fn eval_each(bcsdf: &Bcsdf, queries: Range<usize>, hits: &Hits, wi: &Numbers<3>, values: &Values) {
+    for i in queries {
+        let (wo, window) = hits.get(i);
+        let (lobes, pdf) = bcsdf.with_hit(wo, window, |hit| hit.eval_pdf(wi.get(i).into()));
+        values.set(i, &lobes, pdf);
+    }
+}
+
+fn sample_each(bcsdf: &Bcsdf, queries: Range<usize>, hits: &Hits, u: &Numbers<5>, samples: &Samples) {
+    for i in queries {
+        let (wo, window) = hits.get(i);
+        samples.set(i, bcsdf.with_hit(wo, window, |hit| hit.sample(u.get(i))));
+    }
+}
+
 fn eval(bcsdf: &Bcsdf, count: usize, hits: &Hits, wi: &Numbers<3>, values: &Values) {
     match hits {
         Hits::Near(wo, h) => {
@@ -236,14 +304,7 @@ fn eval(bcsdf: &Bcsdf, count: usize, hits: &Hits, wi: &Numbers<3>, values: &Valu
                 values.set_eight(i, &lobes, pdf);
             }
         }
-        Hits::Windows(wo, windows) => {
-            for i in 0..count {
-                let [low, high] = windows.get(i);
-                let (lobes, pdf) =
-                    bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| hit.eval_pdf(wi.get(i).into()));
-                values.set(i, &lobes, pdf);
-            }
-        }
+        Hits::Windows(..) => eval_each(bcsdf, 0..count, hits, wi, values),
     }
 }
 
@@ -255,13 +316,7 @@ fn sample(bcsdf: &Bcsdf, count: usize, hits: &Hits, u: &Numbers<5>, samples: &Sa
                 samples.set_eight(i, bcsdf.at8(wo.eight(i), h).sample8([u0, u1, u2, u3]));
             }
         }
-        Hits::Windows(wo, windows) => {
-            for i in 0..count {
-                let [low, high] = windows.get(i);
-                let drawn = bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| hit.sample(u.get(i)));
-                samples.set(i, drawn);
-            }
-        }
+        Hits::Windows(..) => sample_each(bcsdf, 0..count, hits, u, samples),
     }
 }
 
@@ -310,6 +365,55 @@ pub unsafe extern "C" fn vellus_fiber_sample_array(
             unsafe { (Hits::new(queries)?, uniforms(queries)?, Samples::new(samples, queries.count)?) };
         sample(&fiber.bcsdf, queries.count, &hits, &u, &samples);
         Ok(())
+    })
+}
+
+/// f·cos θᵢ and density of many queries, each with its own fibre and its own hit. `parameters` points to those of the
+/// first query, and those of query i are `i * stride` bytes further on. A stride of 0 gives all queries the same. All
+/// input is checked before the first result is written. The bits are those of single queries. Neighbours with the same
+/// parameters share the work of a fibre, so sort queries by fibre.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_eval_array(
+    parameters: *const VellusParameters,
+    stride: usize,
+    queries: *const VellusQueries,
+    values: *const VellusValues,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (queries, values) = unsafe { (reference(queries, "queries")?, reference(values, "values")?) };
+        let count = queries.count;
+        if count == 0 {
+            return Ok(());
+        }
+        // SAFETY: the rules of the crate.
+        let (fibers, hits) = unsafe { (Fibers::new(parameters, stride, count)?, Hits::new(queries)?) };
+        // SAFETY: the rules of the crate.
+        let (wi, values) = unsafe { (directions(queries)?, Values::new(values, count)?) };
+        fibers.each(count, |bcsdf, some| eval_each(bcsdf, some, &hits, &wi, &values))
+    })
+}
+
+/// Draws a direction for each of many hits, each of its own fibre. As vellus_parameters_eval_array().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_sample_array(
+    parameters: *const VellusParameters,
+    stride: usize,
+    queries: *const VellusQueries,
+    samples: *const VellusSamples,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (queries, samples) = unsafe { (reference(queries, "queries")?, reference(samples, "samples")?) };
+        let count = queries.count;
+        if count == 0 {
+            return Ok(());
+        }
+        // SAFETY: the rules of the crate.
+        let (fibers, hits) = unsafe { (Fibers::new(parameters, stride, count)?, Hits::new(queries)?) };
+        // SAFETY: the rules of the crate.
+        let (u, samples) = unsafe { (uniforms(queries)?, Samples::new(samples, count)?) };
+        fibers.each(count, |bcsdf, some| sample_each(bcsdf, some, &hits, &u, &samples))
     })
 }
 

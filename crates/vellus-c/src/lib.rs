@@ -27,6 +27,7 @@ mod window;
 
 pub use array::{VellusQueries, VellusSamples, VellusValues, vellus_fiber_eval_array, vellus_fiber_sample_array};
 pub use array::{vellus_hit_eval_array, vellus_hit_sample_array};
+pub use array::{vellus_parameters_eval_array, vellus_parameters_sample_array};
 pub use fiber::{VellusFiber, vellus_fiber_coat_color, vellus_fiber_free, vellus_fiber_from_json};
 pub use fiber::{vellus_fiber_from_parameters, vellus_fiber_from_preset, vellus_fiber_json, vellus_fiber_parameters};
 pub use frame::{VellusFrame, vellus_frame_offset, vellus_frame_offset_flat, vellus_frame_outward};
@@ -34,8 +35,9 @@ pub use frame::{vellus_frame_pixel_width, vellus_frame_to_local, vellus_frame_to
 pub use hit::{VellusHit, vellus_hit_energy, vellus_hit_eval, vellus_hit_eval_lobes, vellus_hit_eval_pdf};
 pub use hit::{vellus_hit_free, vellus_hit_lobe_probabilities, vellus_hit_new, vellus_hit_pdf, vellus_hit_sample};
 pub use memory::{VellusInput, VellusOutput, VellusOutputLobes};
-pub use parameters::{VellusExit, VellusParameters, vellus_parameters_hair, vellus_parameters_nearest_reflectance};
-pub use parameters::{vellus_parameters_preset, vellus_parameters_set, vellus_species_count, vellus_species_name};
+pub use parameters::{VellusExit, VellusParameter, VellusParameters, vellus_parameter, vellus_parameter_count};
+pub use parameters::{vellus_parameters_hair, vellus_parameters_nearest_reflectance, vellus_parameters_preset};
+pub use parameters::{vellus_parameters_set, vellus_parameters_set_word, vellus_species_count, vellus_species_name};
 pub use query::{VELLUS_LOBES, VellusLobe, VellusSample, vellus_fiber_energy, vellus_fiber_eval};
 pub use query::{vellus_fiber_eval_lobes, vellus_fiber_eval_pdf, vellus_fiber_pdf, vellus_fiber_sample};
 pub use status::{VELLUS_ABI_VERSION, VellusStatus, vellus_abi_version, vellus_last_error, vellus_version};

@@ -2,8 +2,9 @@
 
 use crate::memory::{place, reference, text};
 use crate::status::{Failure, VellusStatus, guard};
-use std::ffi::{CStr, c_char};
-use vellus::{Exit, Fiber, FiberBuilder, Species};
+use std::ffi::{CStr, CString, c_char};
+use std::sync::OnceLock;
+use vellus::{Fiber, FiberBuilder, Parameter, ScatterExit, Species};
 
 /// How light that the medulla scattered leaves the fibre: the values of VellusParameters.exit.
 #[repr(C)]
@@ -52,11 +53,7 @@ pub struct VellusParameters {
 impl VellusParameters {
     pub(crate) fn new(fiber: &Fiber) -> Self {
         let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, wet, .. } = *fiber;
-        let exit = match fiber.exit {
-            Exit::Open => VellusExit::Open,
-            Exit::Reflecting => VellusExit::Reflecting,
-        };
-        let (medulla_pigment, exit) = (fiber.medulla_pigment, exit as i32);
+        let (medulla_pigment, exit) = (fiber.medulla_pigment, fiber.exit as i32);
         VellusParameters {
             eta,
             kappa,
@@ -79,8 +76,7 @@ impl VellusParameters {
         let VellusParameters {
             eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, wet, ..
         } = *self;
-        let exits = [(VellusExit::Open, Exit::Open), (VellusExit::Reflecting, Exit::Reflecting)];
-        let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
+        let exit = ScatterExit::ALL.into_iter().find(|exit| *exit as i32 == self.exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
         let (medulla_pigment, reflectance) = (self.medulla_pigment, None);
         Ok(Fiber {
@@ -144,7 +140,7 @@ pub unsafe extern "C" fn vellus_parameters_preset(
 }
 
 /// Sets a parameter by its name in files, to `count` numbers in the units of files: angles in degrees. The names are
-/// those of the fields but `exit`, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
+/// those of the fields, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
 /// channel is "sigma_ca.r". One number sets all channels of a colour. A reflectance depends on the other parameters, so
 /// set it last; one that no pigment gives becomes the nearest, see vellus_parameters_nearest_reflectance(). All
 /// parameters must be in their ranges.
@@ -170,6 +166,87 @@ pub unsafe extern "C" fn vellus_parameters_set(
         let mut builder = FiberBuilder::new(parameters.fiber()?);
         builder.set(name, values)?;
         *parameters = VellusParameters::new(&builder.build()?);
+        Ok(())
+    })
+}
+
+/// Sets a parameter that is a choice by its name in files, to a word: "exit" to "open" or "reflecting". All parameters
+/// must be in their ranges.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_set_word(
+    parameters: *mut VellusParameters,
+    name: *const c_char,
+    word: *const c_char,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (parameters, name, word) =
+            unsafe { (place(parameters, "parameters")?, text(name, "name")?, text(word, "word")?) };
+        let mut builder = FiberBuilder::new(parameters.fiber()?);
+        builder.set_word(name, word)?;
+        *parameters = VellusParameters::new(&builder.build()?);
+        Ok(())
+    })
+}
+
+/// The number of parameters: those of VellusParameters, then the other ways to give a colour.
+#[unsafe(no_mangle)]
+pub extern "C" fn vellus_parameter_count() -> usize {
+    Parameter::ALL.len()
+}
+
+/// A parameter of the table: what an interface shows. The texts belong to the library.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct VellusParameter {
+    /// The name for vellus_parameters_set() or vellus_parameters_set_word().
+    pub name: *const c_char,
+    /// The words for it in an interface.
+    pub label: *const c_char,
+    /// One line of explanation.
+    pub description: *const c_char,
+    /// The words of a choice, with commas between them. Null for numbers.
+    pub words: *const c_char,
+    /// The smallest value, angles in degrees.
+    pub low: f64,
+    /// The largest value.
+    pub high: f64,
+    /// The numbers of a value: 1, 2 (melanin) or 3 (RGB).
+    pub channels: u32,
+    /// 1 if it gives the colour: set it after all others.
+    pub is_color: i32,
+}
+
+/// The texts of each parameter: name, label, description, words.
+fn texts() -> &'static [[CString; 4]] {
+    static TEXTS: OnceLock<Vec<[CString; 4]>> = OnceLock::new();
+    TEXTS.get_or_init(|| {
+        let row = |p: Parameter| [p.name(), p.label(), p.description(), &p.choices().join(",")].map(String::from);
+        // The table has no text with a zero.
+        Parameter::ALL.map(|p| row(p).map(|text| CString::new(text).unwrap_or_default())).into()
+    })
+}
+
+/// The parameter with this index, in an order in which all can be set: colours come last.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameter(index: usize, parameter: *mut VellusParameter) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let out = unsafe { place(parameter, "parameter") }?;
+        let (Some(row), Some(texts)) = (Parameter::ALL.get(index), texts().get(index)) else {
+            return Err(Failure::range(format!("index = {index}: there are {} parameters", Parameter::ALL.len())));
+        };
+        let [name, label, description, words] = texts.each_ref().map(|text| text.as_ptr());
+        *out = VellusParameter {
+            name,
+            label,
+            description,
+            words: if row.choices().is_empty() { std::ptr::null() } else { words },
+            low: row.range().low,
+            high: row.range().high,
+            channels: row.channels() as u32,
+            is_color: i32::from(row.is_color()),
+        };
         Ok(())
     })
 }
@@ -202,6 +279,11 @@ mod tests {
     #[test]
     fn species_have_the_names_of_rust() {
         assert_eq!(SPECIES.map(|name| name.to_str().unwrap()), Species::ALL.map(Species::name));
+    }
+
+    #[test]
+    fn exits_have_the_numbers_of_rust() {
+        assert_eq!([VellusExit::Open as i32, VellusExit::Reflecting as i32], ScatterExit::ALL.map(|exit| exit as i32));
     }
 
     #[test]

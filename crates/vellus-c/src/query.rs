@@ -25,7 +25,7 @@ pub enum VellusLobe {
     /// Scattered by the medulla in its second pass.
     Trts = 4,
     /// All higher orders.
-    Residual = 5,
+    Rest = 5,
 }
 
 /// A sampled direction.

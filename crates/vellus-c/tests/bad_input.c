@@ -19,6 +19,9 @@ static void expect(int line, VellusStatus status, VellusStatus expected, const c
     }
 }
 
+#define CHECK(condition)                                                                                               \
+    if (!(condition))                                                                                                  \
+    printf("line %d: %s\n", __LINE__, #condition), failures++
 #define OK(call) expect(__LINE__, call, VELLUS_STATUS_OK, "")
 #define NULL_POINTER(call, part) expect(__LINE__, call, VELLUS_STATUS_NULL, part)
 #define RANGE(call, part) expect(__LINE__, call, VELLUS_STATUS_RANGE, part)
@@ -64,6 +67,17 @@ static void fibers(void)
     RANGE(vellus_parameters_set(&p, "eta", &large, 1), "eta = 5");
     const float green[3] = {0.1f, 0.5f, 0.1f}, black[3] = {0, 0, 0};
     float rgb[3] = {7, 7, 7};
+    NULL_POINTER(vellus_parameters_set_word(NULL, "exit", "open"), "parameters");
+    NULL_POINTER(vellus_parameters_set_word(&p, NULL, "open"), "name");
+    NULL_POINTER(vellus_parameters_set_word(&p, "exit", NULL), "word");
+    TEXT(vellus_parameters_set_word(&p, "exit", "closed"), "unknown exit 'closed'");
+    TEXT(vellus_parameters_set_word(&p, "eta", "open"), "eta takes one number");
+    VellusParameter row;
+    NULL_POINTER(vellus_parameter(0, NULL), "parameter");
+    RANGE(vellus_parameter(vellus_parameter_count(), &row), "there are");
+    OK(vellus_parameter(0, &row));
+    CHECK(strcmp(row.name, "kappa") == 0 && !row.words && row.channels == 1 && row.low == 0 && !row.is_color);
+
     NULL_POINTER(vellus_parameters_nearest_reflectance(NULL, green, rgb), "parameters");
     NULL_POINTER(vellus_parameters_nearest_reflectance(&p, NULL, rgb), "reflectance");
     NULL_POINTER(vellus_parameters_nearest_reflectance(&p, green, NULL), "nearest");
@@ -256,6 +270,19 @@ static void null_pointers(const VellusFiber *fiber)
     NULL_POINTER(vellus_hit_sample_array(NULL, &good, &samples), "hit");
     NULL_POINTER(vellus_hit_sample_array(hit, NULL, &samples), "queries");
     NULL_POINTER(vellus_hit_sample_array(hit, &good, NULL), "samples");
+    VellusParameters p;
+    OK(vellus_fiber_parameters(fiber, &p));
+    NULL_POINTER(vellus_parameters_eval_array(NULL, 0, &good, &values), "parameters");
+    NULL_POINTER(vellus_parameters_eval_array(&p, 0, NULL, &values), "queries");
+    NULL_POINTER(vellus_parameters_eval_array(&p, 0, &good, NULL), "values");
+    NULL_POINTER(vellus_parameters_sample_array(NULL, 0, &good, &samples), "parameters");
+    NULL_POINTER(vellus_parameters_sample_array(&p, 0, NULL, &samples), "queries");
+    NULL_POINTER(vellus_parameters_sample_array(&p, 0, &good, NULL), "samples");
+    STRIDE(vellus_parameters_eval_array(&p, sizeof p - 4, &good, &values), "parameters");
+    OK(vellus_parameters_eval_array(&p, sizeof p, &good, &values));
+    OK(vellus_parameters_sample_array(&p, 0, &good, &samples));
+    p.kappa = 2;
+    RANGE(vellus_parameters_eval_array(&p, 0, &good, &values), "query 0: kappa = 2");
     OK(vellus_hit_eval_array(hit, &good, &values));
     OK(vellus_hit_sample_array(hit, &good, &samples));
     const float nan_wi[3] = {NAN, 0, 0}, nan_u[5] = {NAN, 0, 0, 0, 0};

@@ -113,7 +113,7 @@ fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[Mo
         ours: total(ours),
         eq20: eq20 / weights,
         table3: table3 / weights,
-        rest: ours[Lobe::Residual as usize][0],
+        rest: ours[Lobe::Rest as usize][0],
         others: others.iter().map(|&kind| of(kind).map(total)).collect::<Result<_>>()?,
     })
 }

@@ -6,7 +6,7 @@ use crate::{Claim, Outcome, Picture, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus::{Bcsdf, Exit, Fiber, Hit, Lobe, Species, Window};
+use vellus::{Bcsdf, Fiber, Hit, Lobe, ScatterExit, Species, Window};
 use vellus_models::direction;
 use vellus_plot::contact::Contact;
 use vellus_plot::save;
@@ -261,7 +261,7 @@ fn presets_near_cells(context: &Context<'_>, outcome: &mut Outcome, species: &[S
                 }
                 let window = Window::near(h as f32);
                 let [open, ours] =
-                    Exit::ALL.map(|exit| cells(&fiber.with_exit(exit), theta_o, window, &[Lobe::Residual]));
+                    ScatterExit::ALL.map(|exit| cells(&fiber.with_exit(exit), theta_o, window, &[Lobe::Rest]));
                 let exits = cells(&fiber, theta_o, window, &FIRST)?;
                 let rest: Vec<f64> = ours?.iter().zip(open?).map(|(ours, open)| ours - open).collect();
                 let found = [difference(&exits, &first), difference(&add(&exits, &rest), &all)];
@@ -294,7 +294,7 @@ fn lit_from_the_side(context: &Context<'_>, outcome: &mut Outcome, species: &[Sp
             let traced = scattered(&fiber, 0.0, Offsets::At(h), [1, BINS], photons, u64::from(x), &())?;
             let both = traced.first.iter().zip(&traced.later);
             let traced: Vec<[f64; 3]> = both.map(|(a, b)| [0, 1, 2].map(|c| a[c] + b[c])).collect();
-            let [open, reflecting] = Exit::ALL.map(|exit| azimuths(&fiber.with_exit(exit), 0.0, h));
+            let [open, reflecting] = ScatterExit::ALL.map(|exit| azimuths(&fiber.with_exit(exit), 0.0, h));
             Ok([lit(&traced), lit(&open?), lit(&reflecting?)])
         };
         let row: Vec<[[f64; 3]; 3]> = (0..LIT[0]).into_par_iter().map(pixel).collect::<Result<_>>()?;
@@ -341,7 +341,7 @@ fn grey(cells: &[[f64; 3]]) -> Vec<f64> {
 fn compare(fiber: &Fiber, theta_o: f64, traced: &Scattered) -> Result<(Row, Vec<Vec<f64>>)> {
     let (first, later) = (grey(&traced.first), grey(&traced.later));
     let all = add(&first, &later);
-    let [open, refracted] = Exit::ALL.map(|exit| model(&fiber.with_exit(exit), theta_o, &FIRST));
+    let [open, refracted] = ScatterExit::ALL.map(|exit| model(&fiber.with_exit(exit), theta_o, &FIRST));
     let (open, refracted) = (open?, refracted?);
     let reflecting = reflecting(fiber, theta_o, &refracted)?;
     let (sum_first, sum_later) = (sum(&first), sum(&later));
@@ -366,9 +366,9 @@ fn compare(fiber: &Fiber, theta_o: f64, traced: &Scattered) -> Result<(Row, Vec<
 }
 
 /// Scattered light of the reflecting exit: its first exits, and what the cuticle reflected. That is the part of the
-/// residual lobe that the open exit does not have.
+/// rest lobe that the open exit does not have.
 fn reflecting(fiber: &Fiber, theta_o: f64, first: &[f64]) -> Result<Vec<f64>> {
-    let [rest, more] = Exit::ALL.map(|exit| model(&fiber.with_exit(exit), theta_o, &[Lobe::Residual]));
+    let [rest, more] = ScatterExit::ALL.map(|exit| model(&fiber.with_exit(exit), theta_o, &[Lobe::Rest]));
     Ok(first.iter().zip(more?).zip(rest?).map(|((first, more), rest)| first + more - rest).collect())
 }
 

@@ -7,7 +7,7 @@ use crate::shot::{Method, NEAR, YAN2015};
 use crate::{Claim, Outcome, Picture, Verdict};
 use anyhow::Result;
 use glam::Vec3;
-use vellus::{Exit, Fiber};
+use vellus::{Fiber, ScatterExit};
 
 /// Radius of the medulla relative to the fibre's.
 const KAPPA: f32 = 0.7;
@@ -31,7 +31,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         sigma_ms: 0.8,
         g: 0.5,
         layers: 0.5,
-        exit: Exit::Open,
+        exit: ScatterExit::Open,
         medulla_pigment: 0.3,
         wet: 0.0,
         reflectance: None,

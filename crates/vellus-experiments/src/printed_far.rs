@@ -5,7 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::parts::{Frame, Polar};
-use vellus::{Bcsdf, Error, Fiber, Field, Hit, Lobes, Model, Sample, Scattering, TableData, Tables, Window};
+use vellus::{Bcsdf, Error, Fiber, Hit, Lobes, Model, Sample, Scattering, TableData, Tables, Window, WindowSupport};
 use vellus_reference::exact::{Exact, longitudinal};
 
 /// Nodes of |θ_o| and of |φ|, every degree and every half degree.
@@ -85,8 +85,8 @@ impl Model for PrintedFar {
         PrintedHit { model: self, hit, frame, theta_o: polar.sin.atan2(polar.cos).into() }
     }
 
-    fn field(&self) -> Field {
-        Field::Far
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Far
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {

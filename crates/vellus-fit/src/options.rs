@@ -1,7 +1,7 @@
 //! The options of a fit.
 
 use crate::space::Requests;
-use vellus::Exit;
+use vellus::ScatterExit;
 
 /// The options of [`fit`](crate::fit()).
 #[derive(Clone, Debug)]
@@ -15,10 +15,10 @@ pub struct Options {
     /// Huber's k, at least 1: the loss is linear instead of quadratic for residuals above k times the noise. Infinity
     /// gives plain least squares.
     pub huber: f64,
-    /// How scattered light leaves the fitted fibre. `None` is [`Exit::Reflecting`] for
-    /// [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus), and [`Exit::Open`] for the other models, which have
+    /// How scattered light leaves the fitted fibre. `None` is [`ScatterExit::Reflecting`] for
+    /// [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus), and [`ScatterExit::Open`] for the other models, which have
     /// nothing else.
-    pub exit: Option<Exit>,
+    pub exit: Option<ScatterExit>,
 }
 
 impl Default for Options {

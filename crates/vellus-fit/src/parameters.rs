@@ -5,7 +5,7 @@ use crate::specimen::Specimen;
 use std::fmt;
 use std::str::FromStr;
 use vellus::Parameter as FiberParameter;
-use vellus::{Exit, Fiber};
+use vellus::{Fiber, ScatterExit};
 
 /// The variable u that a fit uses for a parameter x. Errors are nearly symmetric in u, and a step of u has about the
 /// same effect everywhere.
@@ -204,7 +204,7 @@ pub(crate) struct Setup {
 }
 
 /// Converts the values of the parameters of one measurement.
-pub(crate) fn assemble<'p>(exit: Exit, values: impl Iterator<Item = (&'p Parameter, f64)>) -> Setup {
+pub(crate) fn assemble<'p>(exit: ScatterExit, values: impl Iterator<Item = (&'p Parameter, f64)>) -> Setup {
     // Parameters that the model does not have keep the values of a hair without medulla.
     let mut fiber = Fiber::hair().with_exit(exit);
     let mut eta_m = None;

@@ -14,7 +14,7 @@ use crate::profile::Profile;
 use crate::simulate::{Synthetic, from_model};
 use crate::space::{Requests, Space};
 use rayon::prelude::*;
-use vellus::{Bcsdf, Exit, Fiber, Parameter};
+use vellus::{Bcsdf, Fiber, Parameter, ScatterExit};
 use vellus_io::Progress;
 use vellus_models::energies;
 
@@ -81,7 +81,7 @@ fn albedo(fiber: &Fiber, theta: f64) -> Result<f64, Error> {
 ///
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range. [`Error::Parameter`] for a fibre whose parameters no fit has.
-pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refit, Error> {
+pub fn refit(target: &Fiber, exit: ScatterExit, progress: &dyn Progress) -> Result<Refit, Error> {
     let forward = Forward::default();
     let mut requests = Requests::default();
     for p in forward.parameters(1) {

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::forward::Forward;
 use crate::parameters::{Curve, Kind, Name, Parameter, Setup, assemble, values_of};
 use crate::profile::Profile;
-use vellus::{Exit, Fiber};
+use vellus::{Fiber, ScatterExit};
 use vellus_models::ModelKind;
 
 /// Where the value of a parameter comes from.
@@ -93,7 +93,7 @@ pub struct Space {
     /// The model.
     pub model: Forward,
     /// How scattered light leaves the fibre.
-    pub exit: Exit,
+    pub exit: ScatterExit,
     /// All parameters. In a joint fit, one that differs from profile to profile is there once for each.
     pub parameters: Vec<Parameter>,
     /// For each profile, the indices of its parameters.
@@ -237,16 +237,16 @@ impl Space {
         if leads.is_empty() {
             return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
         }
-        let exit = if model.kind() == ModelKind::Vellus { Exit::default() } else { Exit::Open };
+        let exit = if model.kind() == ModelKind::Vellus { ScatterExit::default() } else { ScatterExit::Open };
         Ok(Space { model, exit, parameters, members, thetas, sources, leads, bounds })
     }
 
     /// The same parameters for a fibre that scattered light leaves in another way.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for [`Exit::Reflecting`] and a model that does not have it.
-    pub fn with_exit(self, exit: Exit) -> Result<Self, Error> {
-        if exit == Exit::Reflecting && self.model.kind() != ModelKind::Vellus {
+    /// [`Error::Parameter`] for [`ScatterExit::Reflecting`] and a model that does not have it.
+    pub fn with_exit(self, exit: ScatterExit) -> Result<Self, Error> {
+        if exit == ScatterExit::Reflecting && self.model.kind() != ModelKind::Vellus {
             let model = self.model.kind();
             return Err(Error::Parameter(format!("{model} has no exit '{exit}': only {} has", ModelKind::Vellus)));
         }

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::parameters::Kind;
 use crate::space::Space;
 use rayon::prelude::*;
-use vellus::{Exit, Fiber, Species};
+use vellus::{Fiber, ScatterExit, Species};
 use vellus_io::Progress;
 
 /// How many points of the design are tried for each point that is kept.
@@ -39,8 +39,8 @@ pub fn starts(space: &Space, cost: &Cost, options: &Options, progress: &dyn Prog
         (noise(&residuals), u)
     };
     let base = match space.exit {
-        Exit::Open => Fiber::published,
-        Exit::Reflecting => Fiber::preset,
+        ScatterExit::Open => Fiber::published,
+        ScatterExit::Reflecting => Fiber::preset,
     };
     let mut presets: Vec<(f64, Vec<f64>)> =
         Species::ALL.par_iter().map(|&species| scaled(space.variables(&base(species)))).collect();

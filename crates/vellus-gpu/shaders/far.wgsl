@@ -166,7 +166,7 @@ fn vellus_far_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSampl
         let phi = vellus_far_azimuth(hit, lobe, u.w);
         drawn = vec3<f32>(vellus_draw_inclination(hit, lobe == 4u, u.y, u.z), phi);
     } else {
-        drawn = vellus_sample_residual(hit, u.yzw);
+        drawn = vellus_sample_rest(hit, u.yzw);
     }
     let s = drawn.x;
     let c = max(drawn.y, 0.0);

@@ -1,4 +1,4 @@
-// The longitudinal lobes of R, TT, TRT and the residual lobe (energy-conserving spherical Gaussians, d'Eon et al. 2011,
+// The longitudinal lobes of R, TT, TRT and the rest lobe (energy-conserving spherical Gaussians, d'Eon et al. 2011,
 // Eq. 7), and their azimuthal lobes (wrapped Gaussians, Yan17 Eq. 7 and 16).
 
 // The densities over the sine of theta_i.
@@ -31,7 +31,7 @@ fn vellus_sample_longitudinal(hit: ptr<function, VellusHit>, p: u32, u: vec2<f32
     return vec2<f32>(along, length(across));
 }
 
-// The densities over the azimuth. The residual lobe is uniform.
+// The densities over the azimuth. The rest lobe is uniform.
 fn vellus_azimuthal(hit: ptr<function, VellusHit>, phi: f32) -> vec4<f32> {
     let exponent = vellus_fiber((*hit).fiber, VELLUS_AZIMUTHAL);
     let norm = vellus_fiber((*hit).fiber, VELLUS_AZIMUTHAL + 1u);

@@ -8,7 +8,7 @@ struct VellusHit {
     fiber: u32,
     // Cosine and sine of the azimuth of wo.
     frame: vec2<f32>,
-    // The centres of the longitudinal lobes R, TT, TRT and the residual lobe.
+    // The centres of the longitudinal lobes R, TT, TRT and the rest lobe.
     centre_sin: vec4<f32>,
     centre_cos: vec4<f32>,
     // The exit azimuths of R, TT, TRT, and those of light scattered in the first and the second pass.
@@ -48,7 +48,7 @@ struct VellusFar {
     inverse: f32,
 }
 
-// The energy of the six lobes R, TT, TRT, TTs, TRTs and the residual lobe.
+// The energy of the six lobes R, TT, TRT, TTs, TRTs and the rest lobe.
 struct VellusLobes {
     rgb: array<vec3<f32>, 6>,
 }
@@ -203,8 +203,8 @@ fn vellus_choose_lobe(hit: ptr<function, VellusHit>, u: f32) -> u32 {
     return lobe;
 }
 
-// Draws the sine and cosine of theta_i, and an azimuth, from the residual lobe.
-fn vellus_sample_residual(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f32> {
+// Draws the sine and cosine of theta_i, and an azimuth, from the rest lobe.
+fn vellus_sample_rest(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f32> {
     let diffuse = (*hit).attenuation[6].w;
     let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
     if u.z < share {
@@ -235,7 +235,7 @@ fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
         let psi = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
         drawn.z = vellus_turn_leaving((*hit).turns[lobe - 3u], vellus_wrap(psi));
     } else {
-        drawn = vellus_sample_residual(hit, u.yzw);
+        drawn = vellus_sample_rest(hit, u.yzw);
     }
     let s = drawn.x;
     let c = max(drawn.y, 0.0);

@@ -74,7 +74,7 @@ fn vellus_entry(fiber: u32, part: u32, c: f32, y: f32) -> vec4<f32> {
 }
 
 // The energy of each component in xyz, and the probability with which sampling chooses it in w. The components are the
-// six lobes and the diffuse part of the residual lobe. `mean_path` is the mean path of scattered light in the medulla.
+// six lobes and the diffuse part of the rest lobe. `mean_path` is the mean path of scattered light in the medulla.
 fn vellus_attenuation(hit: ptr<function, VellusHit>, fiber: u32, path: VellusPath, mean_path: f32) {
     let optics = vellus_fiber(fiber, VELLUS_OPTICS);
     let cortex = vellus_fiber(fiber, VELLUS_CORTEX);

@@ -38,7 +38,7 @@ impl Model for Yan2015Split {
         self.0.at(wo, window)
     }
 
-    fn field(&self) -> vellus::Field {
+    fn field(&self) -> vellus::WindowSupport {
         self.0.field()
     }
 

@@ -1,9 +1,9 @@
 //! M. J.-Y. Chiang, B. Bitterli, C. Tappan, B. Burley 2016, *A Practical and Controllable Hair and Fur Model for
 //! Production Path Tracing*, Computer Graphics Forum 35(2).
 //!
-//! A near-field model. It has R, TT, TRT and one residual lobe with all higher orders, so a fibre without absorption
+//! A near-field model. It has R, TT, TRT and one rest lobe with all higher orders, so a fibre without absorption
 //! scatters all light. Longitudinal lobes are the energy-conserving spherical Gaussians of d'Eon et al. 2011 with v,
-//! v/4, 4v and 4v. Azimuthal lobes are trimmed logistics with one width. The residual lobe is uniform in azimuth.
+//! v/4, 4v and 4v. Azimuthal lobes are trimmed logistics with one width. The rest lobe is uniform in azimuth.
 //!
 //! The model uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
 //! logistic, πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no
@@ -18,11 +18,10 @@ use crate::factored::Factored;
 use crate::longitudinal::{Spherical, SphericalAt};
 use glam::Vec3;
 use std::f32::consts::PI;
-use vellus::{Error, Fiber, Field, Lobe, Model, Window};
+use vellus::{Error, Fiber, Lobe, Model, Window, WindowSupport};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] =
-    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual];
+const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
 
 /// β_m and β_n of a [`Fiber`], standard deviations in radians, from the perceptual roughnesses of the paper in [0, 1].
 ///
@@ -86,8 +85,8 @@ impl Model for Chiang2016 {
         Factored::new(entry.frame, energy, self.longitudinal.at(entry.polar), azimuthal, &NAMES)
     }
 
-    fn field(&self) -> Field {
-        Field::Near
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Near
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {

@@ -2,7 +2,7 @@
 
 use crate::direction;
 use std::f64::consts::PI;
-use vellus::{Field, Model, Scattering, Window};
+use vellus::{Model, Scattering, Window, WindowSupport};
 
 /// Midpoints of the average over the width.
 const OFFSETS: i32 = 20_000;
@@ -14,7 +14,7 @@ const OFFSETS: i32 = 20_000;
 pub fn energies(model: &impl Model, theta_o: f64, h: Option<f64>) -> [[f64; 3]; 6] {
     let offsets: Vec<f64> = match h {
         Some(h) => vec![h],
-        None if model.field() == Field::Far => vec![0.0],
+        None if model.field() == WindowSupport::Far => vec![0.0],
         // Midpoints in asin h, which are dense at the edge, where Fresnel reflection rises.
         None => (0..OFFSETS).map(|i| ((f64::from(i) + 0.5) / f64::from(OFFSETS) - 0.5) * PI).collect(),
     };

@@ -77,7 +77,7 @@ impl<L: Longitudinal, A: Azimuthal> Factored<L, A> {
     #[inline(always)]
     pub(crate) fn lobes_of(&self, densities: f32x8) -> Lobes {
         let d = densities.to_array();
-        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut lobes = Lobes::default();
         for (i, name) in self.names.iter().enumerate() {
             (0..3).for_each(|c| lobes.0[*name as usize][c] += self.energy[c][i] * d[i]);
         }

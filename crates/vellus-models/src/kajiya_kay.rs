@@ -17,7 +17,7 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 use vellus::parts::{Frame, Outgoing, Polar};
-use vellus::{Bcsdf, Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
+use vellus::{Bcsdf, Error, Fiber, Lobe, Lobes, Model, Sample, Scattering, Window, WindowSupport};
 use wide::f32x8;
 
 /// Number of nodes of |θ_o| in the table of the specular energy.
@@ -112,8 +112,8 @@ impl Model for KajiyaKay1989 {
         }
     }
 
-    fn field(&self) -> Field {
-        Field::Far
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Far
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
@@ -132,7 +132,7 @@ impl KajiyaKay1989Hit<'_> {
         let diffuse = o.cos_i * (FRAC_1_PI * FRAC_1_PI);
         let mut lobes = Lobes::default();
         lobes[Lobe::R] = model.specular.map(|k| k * specular);
-        lobes[Lobe::Residual] = model.diffuse.map(|k| k * diffuse);
+        lobes[Lobe::Rest] = model.diffuse.map(|k| k * diffuse);
         let cone = self.longitudinal.eval(o).to_array()[0] * (0.5 * FRAC_1_PI);
         (lobes, self.probability * cone + (1.0 - self.probability) * diffuse)
     }
@@ -142,7 +142,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
     fn energy(&self) -> Lobes {
         let mut lobes = Lobes::default();
         lobes[Lobe::R] = self.model.specular.map(|k| k * self.share);
-        lobes[Lobe::Residual] = self.model.diffuse;
+        lobes[Lobe::Rest] = self.model.diffuse;
         lobes
     }
 
@@ -162,7 +162,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: TAU * u[3] };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        let lobe = if specular { Lobe::R } else { Lobe::Residual };
+        let lobe = if specular { Lobe::R } else { Lobe::Rest };
         Sample::new(direction(&self.frame, &outgoing), pdf, weight, lobe)
     }
 }

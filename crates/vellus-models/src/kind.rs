@@ -11,7 +11,7 @@ use crate::zinke_weber::ZinkeWeber2007;
 use glam::Vec3;
 use std::fmt;
 use std::str::FromStr;
-use vellus::{Bcsdf, Fiber, Field, Lobes, Model, Sample, Scattering, Window};
+use vellus::{Bcsdf, Fiber, Lobes, Model, Sample, Scattering, Window, WindowSupport};
 
 /// Defines the enums of names, models and hits.
 macro_rules! models {
@@ -73,7 +73,7 @@ macro_rules! models {
                 }
             }
 
-            fn field(&self) -> Field {
+            fn field(&self) -> WindowSupport {
                 match self {
                     $(AnyModel::$kind(model) => model.field(),)*
                 }
@@ -136,7 +136,7 @@ impl AnyModel {
             AnyModel::ZinkeWeber2007(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
             AnyModel::Yan2015(m) => average(|h| m.at(wo, Window::near(h)), &m.edges(wo), directions, out),
             AnyModel::Vellus(_) | AnyModel::DEon2011(_) | AnyModel::Marschner2003(_) | AnyModel::KajiyaKay1989(_) => {
-                debug_assert!(self.field() != Field::Near);
+                debug_assert!(self.field() != WindowSupport::Near);
                 let hit = self.at(wo, Window::far());
                 for (out, wi) in out.iter_mut().zip(directions.vectors()) {
                     *out = hit.eval(*wi).total();

@@ -5,11 +5,11 @@
 //! | model | field | lobes | reported as |
 //! |---|---|---|---|
 //! | [`Yan2015`] | near | [eleven and a diffuse one](yan2015::LOBES) | all |
-//! | [`Chiang2016`] | near | R, TT, TRT, higher orders | R, TT, TRT, residual |
-//! | [`DEon2011`] | far | R, TT, TRT, TRRT | R, TT, TRT, residual |
-//! | [`ZinkeWeber2007`] | near | R, TT, TRT, TRRT | R, TT, TRT, residual |
+//! | [`Chiang2016`] | near | R, TT, TRT, higher orders | R, TT, TRT, rest |
+//! | [`DEon2011`] | far | R, TT, TRT, TRRT | R, TT, TRT, rest |
+//! | [`ZinkeWeber2007`] | near | R, TT, TRT, TRRT | R, TT, TRT, rest |
 //! | [`Marschner2003`] | far | R, TT, TRT | R, TT, TRT |
-//! | [`KajiyaKay1989`] | far | specular, diffuse | R, residual |
+//! | [`KajiyaKay1989`] | far | specular, diffuse | R, rest |
 //!
 //! All models follow the conventions of [`vellus`]. Directions are in the frame of the fibre with x from root to tip,
 //! and lengths are in fibre radii. Values are f·cos θᵢ, and densities are per solid angle. Offset and attenuation

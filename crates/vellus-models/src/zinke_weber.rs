@@ -4,7 +4,7 @@
 //! paths are delta functions. Normalised Gaussians in θᵢ (shifted by αₚ) and φ add roughness: S =
 //! Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
 //!
-//! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model of the paper allows any number of
+//! The lobes are R, TT, TRT and TRRT, and TRRT is the rest lobe. The model of the paper allows any number of
 //! orders. It uses these parameters of a [`Fiber`]: η, α, β_m, β_n (widths and shifts of Yan17 Table 2, so it differs
 //! from `vellus` in the model only) and σ_c,a. κ, σ_m, g and l are ignored.
 //!
@@ -16,11 +16,10 @@ use crate::entry::Entry;
 use crate::factored::Factored;
 use crate::longitudinal::Plane;
 use glam::Vec3;
-use vellus::{Error, Fiber, Field, Lobe, Model, Window};
+use vellus::{Error, Fiber, Lobe, Model, Window, WindowSupport};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] =
-    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual];
+const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
@@ -74,8 +73,8 @@ impl Model for ZinkeWeber2007 {
         Factored::new(entry.frame, energy, longitudinal, azimuthal, &NAMES)
     }
 
-    fn field(&self) -> Field {
-        Field::Near
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Near
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {

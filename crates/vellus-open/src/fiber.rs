@@ -30,8 +30,8 @@ pub struct FiberSource {
     /// The name of a preset, a file with the extension `toml` or `json`, or a material of a MaterialX document:
     /// `FILE.mtlx`, or `FILE.mtlx#NAME` if the document has several.
     pub path: PathBuf,
-    /// Parameters as `NAME=VALUE` or `NAME=R,G,B`, and `exit=NAME` with the name of an [`Exit`](vellus::Exit). They
-    /// replace those of the preset or the file.
+    /// Parameters as `NAME=VALUE`, `NAME=R,G,B` or `NAME=WORD` ([`Parameter::choices`]). They replace those of the
+    /// preset or the file.
     pub set: Vec<String>,
 }
 
@@ -163,14 +163,13 @@ fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
     builder.map_err(|source| FiberError::File { path: path.to_owned(), source })
 }
 
-/// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`. `exit=NAME` sets how scattered light leaves the fibre.
+/// Sets a parameter: `NAME=VALUE`, `NAME=R,G,B`, or `NAME=WORD` for a choice.
 pub(crate) fn set(builder: &mut FiberBuilder, setting: &str) -> Result<(), SettingError> {
     let (name, value) = setting.split_once('=').ok_or(SettingError::Syntax)?;
-    if name.trim() == "exit" {
-        builder.set_exit(value.trim().parse()?);
-        return Ok(());
-    }
     let name = name.trim();
+    if Parameter::from_name(name).is_some_and(|parameter| !parameter.choices().is_empty()) {
+        return Ok(builder.set_word(name, value.trim())?);
+    }
     let number = |x: &str| x.trim().parse().map_err(|source| SettingError::Number { text: x.to_owned(), source });
     let mut numbers = value.split(',').map(number).collect::<Result<Vec<f32>, _>>();
     if [Parameter::Reflectance, Parameter::HairReflectance].iter().any(|parameter| parameter.name() == name) {

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use vellus::{Fiber, Field, Model, Scattering, Window};
+use vellus::{Fiber, Model, Scattering, Window, WindowSupport};
 use vellus_models::direction;
 
 /// The number of azimuths. They are half a degree apart, the resolution of the tables.
@@ -27,7 +27,7 @@ impl Picture {
     /// Far-field models ignore `h`.
     pub fn new(fiber: &Fiber, named: &Named, theta_o: f64, h: f64) -> Self {
         let hit = named.model.at(direction(theta_o, 0.0), Window::near(h as f32));
-        let h = (named.model.field() != Field::Far).then_some(h);
+        let h = (named.model.field() != WindowSupport::Far).then_some(h);
         let steps = ((3.0 * 180.0 / (0.5 * f64::from(fiber.beta_m.to_degrees()))).ceil() as usize).clamp(180, 6000);
         let mut values: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; AZIMUTHS]);
         for j in 0..AZIMUTHS {

@@ -4,10 +4,11 @@ use crate::arrays::{Real, Rows, broadcast};
 use crate::error::value;
 use crate::fiber::{self, Fiber};
 use crate::output::Output;
-use crate::query::{Batch, Batches, Task};
+use crate::query::{Batch, Batches, Of, Task};
+use crate::varying::Parameters;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 /// The reflectance model of one fibre (Yan, Jensen and Ramamoorthi 2017), for arrays of queries.
 ///
@@ -77,6 +78,7 @@ pub struct Call<'py> {
     wo: Real<'py>,
     at: Where<'py>,
     query: Option<Real<'py>>,
+    parameters: Parameters<'py>,
     task: Task,
     check: bool,
 }
@@ -87,19 +89,22 @@ impl<'py> Call<'py> {
         query: Option<&Bound<'py, PyAny>>,
         wo: &Bound<'py, PyAny>,
         (h, window): (Option<&Bound<'py, PyAny>>, Option<&Bound<'py, PyAny>>),
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Self> {
         let name = if task == Task::Sample { "u" } else { "wi" };
         let query = query.map(|query| Real::new(query, name)).transpose()?;
-        Ok(Call { wo: Real::new(wo, "wo")?, at: Where::new(h, window)?, query, task, check })
+        let parameters = Parameters::new(parameters)?;
+        Ok(Call { wo: Real::new(wo, "wo")?, at: Where::new(h, window)?, query, parameters, task, check })
     }
 
     /// Computes. `parts`: the shape of each result after the leading axes, and its first column; `None` is a column of
     /// integers.
-    pub fn run(
+    pub fn run<B: Batch>(
         &self,
         py: Python<'py>,
-        model: &impl Batch,
+        model: &Of<'_, B>,
+        base: &vellus::Fiber,
         parts: &[(Option<&[usize]>, usize)],
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let mut wo = self.wo.rows("wo", VECTOR)?;
@@ -110,11 +115,14 @@ impl<'py> Call<'py> {
             (Some(u), Task::Sample) => Some(u.rows("u", Some((5, "uniform in [0, 1)")))?),
             (Some(wi), _) => Some(wi.rows("wi", VECTOR)?),
         };
+        let mut varying = self.parameters.rows(base)?;
         let mut all: Vec<&mut Rows<'_>> = vec![&mut wo, &mut window];
         all.extend(query.as_mut());
+        all.extend(varying.rows.iter_mut().map(|(_, rows)| rows));
         let shape = broadcast(&mut all)?;
         let mut given = vec![&self.wo, self.at.real()];
         given.extend(&self.query);
+        given.extend(self.parameters.arrays());
         // As in NumPy: plain numbers do not decide, and without any array there is double precision.
         let double = given.iter().any(|real| real.is_double()) || !given.iter().any(|real| real.has_type());
         let outputs: Vec<Output<'py>> = parts
@@ -124,7 +132,8 @@ impl<'py> Call<'py> {
                 None => Output::index(py, &shape, *first),
             })
             .collect();
-        let batches = Batches { shape, wo, window, query, check: self.check };
+        let varying = (!varying.rows.is_empty()).then_some(varying);
+        let batches = Batches { shape, wo, window, query, varying, check: self.check };
         batches.run(py, model, self.task, &outputs)?;
         Ok(outputs.into_iter().map(Output::into_any).collect())
     }
@@ -143,6 +152,21 @@ pub fn unpack<'py>(py: Python<'py>, mut results: Vec<Bound<'py, PyAny>>) -> PyRe
             results.extend(last);
             Ok(PyTuple::new(py, results)?.into_any())
         }
+    }
+}
+
+impl Bcsdf {
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        call: &Call<'py>,
+        parts: &[(Option<&[usize]>, usize)],
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let remake = |fiber: &vellus::Fiber| {
+            let model = vellus::Bcsdf::new(fiber)?;
+            Ok(if self.fine { model.with_fine_windows() } else { model })
+        };
+        call.run(py, &(&*self.model, &remake), self.model.fiber(), parts)
     }
 }
 
@@ -168,10 +192,12 @@ impl Bcsdf {
     /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
     /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
     /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    /// `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+    /// colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
     ///
     /// Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
     /// Raises `ValueError` that names the number and its range, or shapes that do not fit; `TypeError` for a dtype.
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, parameters = None, check = true))]
     fn eval<'py>(
         &self,
         py: Python<'py>,
@@ -180,16 +206,17 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
+        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0)])?)
     }
 
     /// The density per solid angle with which `sample` draws `wi`. Arguments as for `eval`.
     ///
     /// Returns shape (...).
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, parameters = None, check = true))]
     fn pdf<'py>(
         &self,
         py: Python<'py>,
@@ -197,16 +224,17 @@ impl Bcsdf {
         wo: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 0)])?)
+        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(&[]), 0)])?)
     }
 
     /// `eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
     ///
     /// Returns both arrays: shapes (..., 3), or (..., 6, 3) with `lobes`, and (...).
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, parameters = None, check = true))]
     fn eval_pdf<'py>(
         &self,
         py: Python<'py>,
@@ -215,11 +243,12 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), check)?;
+        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), parameters, check)?;
         let pdf = crate::query::colors(lobes);
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
     }
 
     /// Draws directions ω_i.
@@ -228,10 +257,12 @@ impl Bcsdf {
     /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
     /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
     /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    /// `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+    /// colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
     ///
     /// Returns `Samples`: `wi` (..., 3), `pdf` (...), `weight` (..., 3) and `lobe` (...). Where the density underflows,
     /// nothing is drawn: `wi`, `pdf` and `weight` are 0, and `lobe` is -1.
-    #[pyo3(signature = (wo, u, h = None, *, window = None, check = true))]
+    #[pyo3(signature = (wo, u, h = None, *, window = None, parameters = None, check = true))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -239,10 +270,11 @@ impl Bcsdf {
         u: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Sample, Some(u), wo, (h, window), check)?;
-        let results = call.run(py, &*self.model, SAMPLE)?;
+        let call = Call::new(Task::Sample, Some(u), wo, (h, window), parameters, check)?;
+        let results = self.run(py, &call, SAMPLE)?;
         samples(py)?.call1(PyTuple::new(py, results)?)
     }
 
@@ -251,9 +283,11 @@ impl Bcsdf {
     /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
     /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
     /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    /// `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+    /// colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
     ///
     /// Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
-    #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, parameters = None, check = true))]
     fn energy<'py>(
         &self,
         py: Python<'py>,
@@ -261,10 +295,11 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
+        let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0)])?)
     }
 
     fn __repr__(&self) -> PyResult<String> {

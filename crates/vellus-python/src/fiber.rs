@@ -7,7 +7,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use std::ffi::CString;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
-use vellus::{Error, Exit, FiberBuilder, Parameter, Species};
+use vellus::{Error, FiberBuilder, Parameter, Species};
 use vellus_open::{FiberFormat, FiberSource};
 
 /// The parameters of one fibre. It does not change; `replace` makes another.
@@ -68,9 +68,9 @@ fn built(py: Python<'_>, base: vellus::Fiber, parameters: Option<&Bound<'_, PyDi
         if given.is_none() {
             continue;
         }
-        if name == "exit" {
-            let exit: String = given.extract().map_err(|_| PyTypeError::new_err("exit must be a string"))?;
-            builder.set_exit(exit.parse().map_err(value)?);
+        if Parameter::from_name(&name).is_some_and(|parameter| !parameter.choices().is_empty()) {
+            let word: String = given.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be a string")))?;
+            builder.set_word(&name, &word).map_err(value)?;
             continue;
         }
         let is_word = given.is_instance_of::<PyString>() && name.ends_with("reflectance");
@@ -245,14 +245,13 @@ impl Fiber {
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         for parameter in Parameter::ALL.into_iter().filter(|p| p.get(&self.0).is_some()) {
-            let number = match parameter {
-                Parameter::SigmaCa => color(self.0.sigma_ca).into_pyobject(py)?.into_any(),
-                Parameter::SigmaMa => color(self.0.sigma_ma).into_pyobject(py)?.into_any(),
-                _ => number(&self.0, parameter)?.into_pyobject(py)?.into_any(),
-            };
-            dict.set_item(parameter.name(), number)?;
+            let stored = parameter.get(&self.0).unwrap_or_default();
+            match (parameter.word(stored[0]), parameter.channels()) {
+                (Some(word), _) => dict.set_item(parameter.name(), word)?,
+                (None, 3) => dict.set_item(parameter.name(), color(stored))?,
+                (None, _) => dict.set_item(parameter.name(), number(&self.0, parameter)?)?,
+            }
         }
-        dict.set_item("exit", self.exit())?;
         Ok(dict)
     }
 
@@ -318,36 +317,24 @@ impl Fiber {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let py = slf.py();
         let make = slf.get_type().getattr("_from_state")?;
-        let (state, exit) = (slf.get().state().map(f64::from).into_pyobject(py)?, slf.get().exit().into_pyobject(py)?);
         let reflectance = slf.get().0.reflectance.into_pyobject(py)?;
-        Ok((make, PyTuple::new(py, [state.into_any(), exit.into_any(), reflectance.into_any()])?))
+        Ok((make, PyTuple::new(py, [slf.get().state().into_pyobject(py)?, reflectance])?))
     }
 
     #[staticmethod]
-    #[pyo3(signature = (state, exit, reflectance = None))]
-    fn _from_state(state: [f64; 16], exit: &str, reflectance: Option<[f32; 3]>) -> PyResult<Self> {
-        let state = state.map(|x| x as f32);
-        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, wet, medulla_pigment] =
-            state;
-        let fiber = vellus::Fiber {
-            eta,
-            kappa,
-            alpha,
-            beta_m,
-            beta_n,
-            sigma_ca: [r, g, b],
-            sigma_ms,
-            sigma_ma: [x, y, z],
-            g: anisotropy,
-            layers,
-            wet,
-            exit: exit.parse::<Exit>().map_err(value)?,
-            medulla_pigment,
-            reflectance,
-        };
+    #[pyo3(signature = (state, reflectance = None))]
+    fn _from_state(state: Vec<[f32; 3]>, reflectance: Option<[f32; 3]>) -> PyResult<Self> {
+        let mut fiber = vellus::Fiber::hair();
+        stored().zip(state).try_for_each(|(parameter, x)| parameter.set(&mut fiber, x)).map_err(value)?;
+        fiber.reflectance = reflectance;
         fiber.validate().map_err(value)?;
         Ok(Fiber(fiber))
     }
+}
+
+/// What a fibre stores, but for the reflectance that its absorption came from.
+fn stored() -> impl Iterator<Item = Parameter> {
+    Parameter::ALL.into_iter().filter(|parameter| parameter.default_value().is_some())
 }
 
 impl Fiber {
@@ -371,37 +358,17 @@ impl Fiber {
 
     pub fn hash(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        for value in self.state() {
+        for value in self.state().into_iter().flatten() {
             // 0 and −0 are equal.
             (value + 0.0).to_bits().hash(&mut hasher);
         }
-        self.0.exit.hash(&mut hasher);
         self.0.reflectance.map(|color| color.map(f32::to_bits)).hash(&mut hasher);
         hasher.finish()
     }
 
-    /// All numbers, in the units of the crate.
-    fn state(&self) -> [f32; 16] {
-        let f = &self.0;
-        let ([r, g, b], [x, y, z]) = (f.sigma_ca, f.sigma_ma);
-        [
-            f.kappa,
-            f.eta,
-            f.alpha,
-            f.beta_m,
-            f.beta_n,
-            r,
-            g,
-            b,
-            f.sigma_ms,
-            x,
-            y,
-            z,
-            f.g,
-            f.layers,
-            f.wet,
-            f.medulla_pigment,
-        ]
+    /// All values of [`stored`], in the units of the crate.
+    fn state(&self) -> Vec<[f32; 3]> {
+        stored().filter_map(|parameter| parameter.get(&self.0)).collect()
     }
 }
 
@@ -411,7 +378,8 @@ fn species() -> Vec<&'static str> {
     Species::ALL.map(Species::name).to_vec()
 }
 
-/// The table of parameters: name → unit, range, channels, description.
+/// The table of parameters: name → symbol, unit, range, channels, label, choices (the words, if it is no number),
+/// description.
 #[pyfunction]
 fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let table = PyDict::new(py);
@@ -421,6 +389,8 @@ fn parameters(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         row.set_item("unit", parameter.unit().suffix().trim())?;
         row.set_item("range", (parameter.range().low, parameter.range().high))?;
         row.set_item("channels", parameter.channels())?;
+        row.set_item("label", parameter.label())?;
+        row.set_item("choices", parameter.choices())?;
         row.set_item("description", parameter.description())?;
         table.set_item(parameter.name(), row)?;
     }

@@ -18,6 +18,7 @@ mod render;
 mod simulate;
 mod tables;
 mod threads;
+mod varying;
 
 use pyo3::prelude::*;
 use std::ffi::c_char;

@@ -5,10 +5,10 @@ use crate::error::value;
 use crate::fiber::{self, Fiber};
 use crate::query::{Batch, Task, colors};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
-use vellus::{Field, Lobes, Sample, Scattering, Window};
+use vellus::{Lobes, Sample, Scattering, Window, WindowSupport};
 use vellus_models::{AnyHit, AnyModel, ModelKind};
 
 /// A reflectance model of one fibre, by name. It has the methods of `Bcsdf`.
@@ -66,6 +66,18 @@ fn each(wi: [f32x8; 3], eval: impl Fn(usize, Vec3) -> (Lobes, f32)) -> (Lobes<f3
     (Lobes(lobes.map(|lobe| lobe.map(f32x8::new))), f32x8::new(densities))
 }
 
+impl Model {
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        call: &Call<'py>,
+        parts: &[(Option<&[usize]>, usize)],
+    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let remake = |fiber: &vellus::Fiber| vellus::Model::with_fiber(&*self.model, fiber);
+        call.run(py, &(&*self.model, &remake), &self.fiber, parts)
+    }
+}
+
 #[pymethods]
 impl Model {
     #[new]
@@ -90,14 +102,14 @@ impl Model {
     #[getter]
     fn field(&self) -> &'static str {
         match vellus::Model::field(&*self.model) {
-            Field::Near => "near",
-            Field::Far => "far",
-            Field::Any => "any",
+            WindowSupport::Near => "near",
+            WindowSupport::Far => "far",
+            WindowSupport::Any => "any",
         }
     }
 
     /// f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, parameters = None, check = true))]
     fn eval<'py>(
         &self,
         py: Python<'py>,
@@ -106,14 +118,15 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
+        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0)])?)
     }
 
     /// The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, parameters = None, check = true))]
     fn pdf<'py>(
         &self,
         py: Python<'py>,
@@ -121,14 +134,15 @@ impl Model {
         wo: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 0)])?)
+        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(&[]), 0)])?)
     }
 
     /// Values and densities: two arrays, shapes as of `eval` and `pdf`. Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, parameters = None, check = true))]
     fn eval_pdf<'py>(
         &self,
         py: Python<'py>,
@@ -137,14 +151,15 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), colors(lobes))])?)
+        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0), (Some(&[]), colors(lobes))])?)
     }
 
     /// Draws directions ω_i: `Samples`. Arguments as for `Bcsdf.sample`.
-    #[pyo3(signature = (wo, u, h = None, *, window = None, check = true))]
+    #[pyo3(signature = (wo, u, h = None, *, window = None, parameters = None, check = true))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
@@ -152,16 +167,17 @@ impl Model {
         u: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Sample, Some(u), wo, (h, window), check)?;
-        let results = call.run(py, &*self.model, SAMPLE)?;
+        let call = Call::new(Task::Sample, Some(u), wo, (h, window), parameters, check)?;
+        let results = self.run(py, &call, SAMPLE)?;
         samples(py)?.call1(PyTuple::new(py, results)?)
     }
 
     /// The share of the light that is scattered, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for
     /// `Bcsdf.energy`.
-    #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, parameters = None, check = true))]
     fn energy<'py>(
         &self,
         py: Python<'py>,
@@ -169,10 +185,11 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
+        parameters: Option<&Bound<'py, PyDict>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
+        let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), parameters, check)?;
+        unpack(py, self.run(py, &call, &[(Some(inner(lobes)), 0)])?)
     }
 
     fn __repr__(&self) -> PyResult<String> {

@@ -6,12 +6,13 @@
 use crate::arrays::Rows;
 use crate::output::{Output, split, store};
 use crate::threads::{self, Watch};
+use crate::varying::Varying;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Hit, Lobes, Model, NearHit, Sample, Scattering, Window};
+use vellus::{Bcsdf, Fiber, Hit, Lobes, Model, NearHit, Sample, Scattering, Window};
 
 /// Queries of a chunk: enough to hide the cost of sharing work, and few enough for the processor's cache.
 const CHUNK: usize = 512;
@@ -19,11 +20,17 @@ const CHUNK: usize = 512;
 /// From so many queries with the same hit on, the hit is prepared once for all of them.
 const SHARED: usize = 8;
 
+/// Fewer near-field queries of a fibre than this are answered one by one.
+const FEW: usize = 4;
+
 /// How far the squared length of a unit vector may be from 1, as for `vellus::Bcsdf::at`.
 const UNIT: f32 = 1e-3;
 
 /// How far an offset may be outside its range, for rounding. It is then clamped.
 pub const SLACK: f32 = 1e-3;
+
+/// A model, and how to make it for another fibre.
+pub type Of<'m, B> = (&'m B, &'m (dyn Fn(&Fiber) -> Result<B, vellus::Error> + Sync));
 
 /// A model that prepares eight near-field hits at once.
 pub trait Batch: Model {
@@ -120,14 +127,16 @@ pub struct Batches<'a> {
     pub window: Rows<'a>,
     /// What changes from query to query of a hit: ω_i, or the uniform numbers. Nothing for the energy.
     pub query: Option<Rows<'a>>,
+    /// Parameters of the fibre that change from query to query.
+    pub varying: Option<Varying<'a>>,
     /// Whether to check lengths and ranges.
     pub check: bool,
 }
 
 /// A bad number in an array.
-struct Bad {
-    position: usize,
-    message: String,
+pub struct Bad {
+    pub position: usize,
+    pub message: String,
 }
 
 impl Batches<'_> {
@@ -135,7 +144,7 @@ impl Batches<'_> {
     ///
     /// # Errors
     /// `ValueError` for the first bad number. What a signal handler raises.
-    pub fn run(&self, py: Python<'_>, model: &impl Batch, task: Task, outputs: &[Output<'_>]) -> PyResult<()> {
+    pub fn run<B: Batch>(&self, py: Python<'_>, model: &Of<'_, B>, task: Task, outputs: &[Output<'_>]) -> PyResult<()> {
         let total: usize = self.shape.iter().product();
         if total == 0 {
             return Ok(());
@@ -179,7 +188,13 @@ impl Batches<'_> {
     }
 
     /// The results of `count` queries from `start` on, column by column.
-    fn chunk<B: Batch>(&self, model: &B, task: Task, start: usize, count: usize) -> Result<Vec<f32>, Bad> {
+    fn chunk<B: Batch>(
+        &self,
+        (model, remake): &Of<'_, B>,
+        task: Task,
+        start: usize,
+        count: usize,
+    ) -> Result<Vec<f32>, Bad> {
         let gather = |rows: &Rows<'_>| {
             let mut columns = vec![0.0f32; rows.width * count];
             rows.gather(&self.shape, start, count, &mut columns);
@@ -197,14 +212,29 @@ impl Batches<'_> {
                 (None, _) => {}
             }
         }
-        let absent = absent(count, &mut wo, &mut window, &mut query);
+        let mut absent = absent(count, &mut wo, &mut window, &mut query);
         if task == Task::Sample {
             // Numbers just below 1 may be rounded to 1.
             query.iter_mut().for_each(|u| *u = u.min(1.0f32.next_down()));
         }
         let mut results = vec![0.0; task.columns() * count];
         let inputs = Inputs { wo: &wo, window: &window, query: &query, count, width: self.window.width };
-        self.compute(model, task, &inputs, start, &mut results);
+        match &self.varying {
+            None => self.compute(*model, task, &inputs, [0, count], start, &mut results),
+            Some(varying) => {
+                let varying = varying.gather(&self.shape, start, count);
+                let mut first = 0;
+                while first < count {
+                    let end = varying.end(first);
+                    let model = remake(&varying.fiber(first)?);
+                    let position = start + first;
+                    let model = model.map_err(|error| Bad { position, message: error.to_string() })?;
+                    self.compute(&model, task, &inputs, [first, end], start, &mut results);
+                    first = end;
+                }
+                absent.extend(varying.absent());
+            }
+        }
         for i in absent {
             results.iter_mut().skip(i).step_by(count).for_each(|x| *x = f32::NAN);
             if task == Task::Sample {
@@ -214,13 +244,21 @@ impl Batches<'_> {
         Ok(results)
     }
 
-    fn compute<B: Batch>(&self, model: &B, task: Task, inputs: &Inputs<'_>, start: usize, results: &mut [f32]) {
+    /// The queries of one fibre.
+    fn compute<B: Batch>(
+        &self,
+        model: &B,
+        task: Task,
+        inputs: &Inputs<'_>,
+        [mut first, end]: [usize; 2],
+        start: usize,
+        results: &mut [f32],
+    ) {
         let count = inputs.count;
         let run = self.wo.run(&self.shape).min(self.window.run(&self.shape));
-        let mut first = 0;
-        while first < count {
+        while first < end {
             // Up to where the hit stays the same.
-            let same = (run - (start + first) % run).min(count - first);
+            let same = (run - (start + first) % run).min(end - first);
             match (inputs.width, run >= SHARED) {
                 (1, true) => {
                     let hit = model.at8(inputs.splat(first), f32x8::splat(inputs.window[first]));
@@ -229,8 +267,16 @@ impl Batches<'_> {
                     }
                     first += same;
                 }
+                // Eight lanes for a query or two cost more than single ones.
+                (1, false) if end - first < FEW => {
+                    let window = Window::near(inputs.window[first]);
+                    model.with_hit(inputs.vector(first), window, |hit| {
+                        inputs.wide::<B>(task, hit, [first, first + 1], false, results);
+                    });
+                    first += 1;
+                }
                 (1, false) => {
-                    let lanes = (count - first).min(8);
+                    let lanes = (end - first).min(8);
                     let hit = model.at8(eight(inputs.wo, count, first, lanes), inputs.offsets(first, lanes));
                     inputs.near::<B>(task, &hit, first, lanes, results);
                     first += lanes;
@@ -424,7 +470,7 @@ impl Inputs<'_> {
             }
             Task::Sample => {
                 for i in first..end {
-                    let u = [0, 1, 2, 3, 4].map(|c| self.query[c * count + i]);
+                    let u = self.uniform(i, 1).map(|u| u.to_array()[0]);
                     put_sample(&hit.sample(u), count, i, results);
                 }
             }

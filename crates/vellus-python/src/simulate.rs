@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
-use vellus::{Field, Model};
+use vellus::{Model, WindowSupport};
 use vellus_models::{Directions, ModelKind};
 use vellus_reference::simulate::energies::{Fate, Offsets, energies};
 use vellus_reference::simulate::profile::Cells;
@@ -69,7 +69,7 @@ fn profile<'py>(
     let mut values = vec![[0.0f32; 3]; theta.len() * phi.len()];
     if !values.is_empty() {
         // A near-field model shares work between all inclinations. Other models compute each direction alone.
-        let rows = if model.field() == Field::Near { theta.len() } else { 1 };
+        let rows = if model.field() == WindowSupport::Near { theta.len() } else { 1 };
         threads::run(py, |watch| {
             values.par_chunks_mut(rows * phi.len()).zip(theta.par_chunks(rows)).for_each(|(values, theta)| {
                 if !watch.is_stopped() {

@@ -110,7 +110,7 @@ OTHER_NAMES = {
 
 GRID = np.meshgrid(np.arange(10.0, 15), np.arange(0.0, 160, 20), indexing="ij")
 MEASURED = {"theta": GRID[0].ravel(), "phi": GRID[1].ravel(), "values": np.ones(40), "theta_o": 5.0}
-QUERY = {"h": "offset", "check": "flag"}
+QUERY = {"h": "offset", "check": "flag", "parameters": "table"}
 EVAL = {"wi": "unit", "wo": "unit", "lobes": "flag", **QUERY}
 
 

@@ -46,6 +46,62 @@ def test_golden_vectors():
         assert (np.abs(found - own[:, 9:12]) <= own[:, 12:]).all(), index
 
 
+@pytest.mark.parametrize("at", [{"h": 0.3}, {"window": (-0.5, 0.25)}])
+def test_parameters_may_differ_from_query_to_query(at):
+    """Each query has the value of a fibre with its parameters. The last digits may differ, where eight are at once."""
+    rng = np.random.default_rng(3)
+    wo, wi = unit(rng.normal(size=3)), unit(rng.normal(size=(3, 40, 3)))
+    kappa, beta_n = rng.uniform(0, 0.95, (3, 1)), rng.uniform(3, 30, 40)
+    sigma = np.repeat(rng.uniform(0, 1, (3, 8, 3)), 5, axis=1)
+    parameters = {"kappa": kappa, "beta_n": beta_n, "sigma_ca": sigma}
+    for name in ("red-fox", "red-fox-published"):
+        bcsdf, u = Bcsdf(name), rng.random((3, 40, 5))
+        f, pdf = bcsdf.eval_pdf(wi=wi, wo=wo, **at, parameters=parameters)
+        samples = bcsdf.sample(wo, u, **at, parameters=parameters)
+        energy = bcsdf.energy(wo, **at, parameters={"kappa": kappa})
+        assert f.shape == (3, 40, 3) and energy.shape == (3, 1, 3)
+        for i, j in ((0, 0), (1, 17), (2, 39), (0, 4), (1, 5)):
+            own = {"kappa": kappa[i, 0], "beta_n": beta_n[j], "sigma_ca": tuple(sigma[i, j])}
+            one = Bcsdf(vellus.Fiber(name, **own))
+            expected = one.eval_pdf(wi=wi[i, j], wo=wo, **at)
+            assert np.allclose(f[i, j], expected[0], rtol=2e-5) and np.isclose(pdf[i, j], expected[1], rtol=2e-5)
+            drawn = one.sample(wo, u[i, j], **at)
+            assert samples.lobe[i, j] == drawn.lobe and np.allclose(samples.wi[i, j], drawn.wi, atol=2e-5)
+        assert np.allclose(energy[1, 0], Bcsdf(vellus.Fiber(name, kappa=kappa[1, 0])).energy(wo, **at), rtol=2e-5)
+
+
+def test_colours_may_differ_from_query_to_query(fox):
+    colors = np.random.default_rng(4).uniform(0.1, 0.8, (6, 3))
+    wi = unit(np.ones(3))
+    f = fox.eval(wi=wi, wo=X, h=0.1, parameters={"reflectance": colors})
+    for color, value in zip(colors, f):
+        fiber = vellus.Fiber("red-fox", reflectance=tuple(color))
+        assert np.allclose(value, Bcsdf(fiber).eval(wi=wi, wo=X, h=0.1), rtol=1e-4)
+    grey = fox.energy(X, 0.1, parameters={"sigma_ca": 0.3})
+    assert np.allclose(grey, fox.energy(X, 0.1, parameters={"sigma_ca": [0.3] * 3}), rtol=1e-6)
+    # Parameters that are not a number give none, and do not disturb their neighbours.
+    kappa = np.full(20, 0.5)
+    kappa[7] = np.nan
+    energy = fox.energy(X, 0.1, parameters={"kappa": kappa})
+    assert np.isnan(energy[7]).all() and np.array_equal(energy[6], energy[8]) and np.isfinite(energy[6]).all()
+
+
+@pytest.mark.parametrize(
+    "parameters, part",
+    [
+        ({"kappa": [0.5, 1.5]}, r"kappa\[1\]: kappa = 1.5 is out of range"),
+        ({"kapa": 0.5}, "parameter 'kapa' is unknown"),
+        ({"exit": 1}, "parameter 'exit' is unknown"),
+        ({"sigma_ca": [0.1, 0.2]}, "sigma_ca has the shape"),
+        ({"sigma_ca": 0.1, "melanin": [1, 1]}, "only one parameter may give the colour"),
+        ({"kappa": np.full(3, 0.5), "eta": np.full(4, 1.5)}, "do not fit together"),
+    ],
+)
+def test_bad_parameters_are_named(fox, parameters, part):
+    with pytest.raises(ValueError, match=part):
+        fox.energy(X, 0.1, parameters=parameters)
+
+
 def test_results_are_the_bits_of_rust(reference):
     for name, case in reference.items():
         bcsdf = Bcsdf(name)

@@ -1,6 +1,5 @@
 //! Errors.
 
-use crate::session::Rescue;
 use std::path::{Path, PathBuf};
 
 /// What can go wrong while a scene is rendered and its picture is stored.
@@ -102,6 +101,17 @@ pub enum Error {
     /// Intel Open Image Denoise is missing, or it failed.
     #[error("{0}")]
     Denoise(String),
+}
+
+/// Where the samples are after their picture could not be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rescue {
+    /// All of them are in this film.
+    Saved(PathBuf),
+    /// Only those of the last checkpoint are left.
+    LastCheckpoint(PathBuf),
+    /// They are lost, and why.
+    Lost(String),
 }
 
 fn in_file(path: impl AsRef<Path>) -> String {

@@ -56,7 +56,7 @@ impl World {
     /// Prepares a scene with another reflectance model for its fibres.
     ///
     /// `make` builds the model of each look's fibre. Where parameters vary along the strands, [`Model::with_fiber`]
-    /// adapts it at each hit. A model that knows only one [`Field`](vellus::Field) ignores
+    /// adapts it at each hit. A model that knows only one [`WindowSupport`](vellus::WindowSupport) ignores
     /// [`Settings::mode`](crate::Settings::mode).
     ///
     /// # Errors

@@ -101,15 +101,14 @@ mod tests {
         for parameter in vellus::Parameter::ALL {
             let (range, sign) = (parameter.range(), parameter.unit().sign());
             let rgb = if parameter.channels() == 3 { ", RGB" } else { "" };
-            let unit = if parameter.unit() == vellus::Unit::PerRadius { ", per fibre radius" } else { "" };
+            let unit = if parameter.unit() == vellus::ParameterUnit::PerRadius { ", per fibre radius" } else { "" };
             let name = parameter.name();
             let symbol = if parameter.symbol() == name { "" } else { parameter.symbol() };
-            table += &format!(
-                "| `{name}` | {symbol} | {}{sign} to {}{sign} | {}{rgb}{unit} |\n",
-                range.low,
-                range.high,
-                parameter.description()
-            );
+            let values = match parameter.choices() {
+                [] => format!("{}{sign} to {}{sign}", range.low, range.high),
+                words => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(" or "),
+            };
+            table += &format!("| `{name}` | {symbol} | {values} | {}{rgb}{unit} |\n", parameter.description());
         }
         crate::generated::part("docs/book/src/fibers.md", "parameters", &table);
     }

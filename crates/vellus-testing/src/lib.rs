@@ -21,7 +21,7 @@ pub use query::{Query, queries};
 pub use tfx::{small_tfx, tfx};
 pub use tier::effort;
 pub use vellus::direction;
-use vellus::{Exit, Fiber, Hit, TableData, Tables};
+use vellus::{Fiber, Hit, ScatterExit, TableData, Tables};
 
 /// The tables that `vellus` contains, in the form that the double-precision references take.
 pub fn table_data() -> &'static TableData {
@@ -42,7 +42,7 @@ pub fn full_fiber() -> Fiber {
         sigma_ma: [0.05, 0.1, 0.2],
         g: 0.4,
         layers: 0.7,
-        exit: Exit::default(),
+        exit: ScatterExit::default(),
         medulla_pigment: 0.3,
         wet: 0.0,
         reflectance: None,
@@ -92,7 +92,7 @@ impl Uniform {
 
     /// A random fibre, with the default exit or another one.
     pub fn any_fiber(&mut self) -> Fiber {
-        let exit = Exit::ALL[usize::from(self.next() < 0.5)];
+        let exit = ScatterExit::ALL[usize::from(self.next() < 0.5)];
         self.fiber().with_exit(exit)
     }
 
@@ -111,7 +111,7 @@ impl Uniform {
             sigma_ma,
             g: self.within(0.0, 0.95) as f32,
             layers: self.within(0.05, 3.0) as f32,
-            exit: Exit::default(),
+            exit: ScatterExit::default(),
             medulla_pigment: 0.3,
             wet: 0.0,
             reflectance: None,

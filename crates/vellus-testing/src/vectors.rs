@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 use std::path::Path;
-use vellus::{Exit, Fiber, Parameter, Window};
+use vellus::{Fiber, Parameter, ScatterExit, Window};
 
 /// The fibres and the queries.
 pub struct Vectors {
@@ -48,7 +48,9 @@ impl Vector {
 
 /// The columns of the fibres: a name, the exit, then the stored parameters in the units of files.
 pub fn fiber_columns() -> Vec<String> {
-    let stored = Parameter::ALL.into_iter().filter(|p| p.default_value().is_some() && *p != Parameter::MedullaPigment);
+    let stored = Parameter::ALL
+        .into_iter()
+        .filter(|p| p.default_value().is_some() && p.varies() && *p != Parameter::MedullaPigment);
     let names = stored.flat_map(|p| (0..p.channels()).map(move |c| p.channel_name(c)));
     ["name", "exit"].map(str::to_owned).into_iter().chain(names).collect()
 }
@@ -67,7 +69,7 @@ impl Vectors {
         let number = |text: &String| -> f32 { text.parse().expect("a number") };
         let columns = fiber_columns();
         let fiber = |row: &Vec<String>| {
-            let exit = Exit::ALL.into_iter().find(|exit| exit.to_string() == row[1]).expect("an exit");
+            let exit = ScatterExit::ALL.into_iter().find(|exit| exit.to_string() == row[1]).expect("an exit");
             let mut fiber = Fiber::hair().with_exit(exit);
             for (name, text) in columns.iter().zip(row).skip(2) {
                 let (parameter, channel) = Parameter::parse(name).expect("a parameter");

@@ -38,7 +38,7 @@ pub fn longitudinal(request: &Request) -> Result<Value, String> {
     let theta: Vec<f64> = (0..samples).map(|i| ((f64::from(i) + 0.5) / f64::from(samples) - 0.5) * 180.0).collect();
     let values: Vec<Lobes> = bcsdf.with_hit(wo, window, |hit| {
         let at = |theta: f64| {
-            let mut sum = Lobes([[0.0; 3]; 6]);
+            let mut sum = Lobes::default();
             let weight = (theta.cos() * TAU / f64::from(azimuths)) as f32;
             for i in 0..azimuths {
                 let phi = TAU * (f64::from(i) + 0.5) / f64::from(azimuths) - PI;

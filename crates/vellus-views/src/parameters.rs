@@ -2,34 +2,11 @@
 
 use crate::request::Request;
 use serde_json::{Value, json};
-use vellus::{Exit, Fiber, FiberBuilder, Lobe, Parameter, Species, Unit};
+use vellus::{Fiber, FiberBuilder, Lobe, Parameter, ParameterUnit, Species};
 
-/// The label of a parameter on a page.
-fn label(parameter: Parameter) -> &'static str {
-    match parameter {
-        Parameter::Kappa => "Medulla radius",
-        Parameter::Eta => "Refractive index",
-        Parameter::Alpha => "Highlight shift",
-        Parameter::BetaM => "Roughness along",
-        Parameter::BetaN => "Roughness around",
-        Parameter::SigmaCa => "Cortex absorption",
-        Parameter::SigmaMs => "Medulla scattering",
-        Parameter::SigmaMa => "Medulla absorption",
-        Parameter::G => "Anisotropy",
-        Parameter::Layers => "Cuticle layers",
-        Parameter::Wet => "Wetness",
-        Parameter::MedullaPigment => "Medulla pigment",
-        Parameter::Reflectance => "Coat colour",
-        Parameter::Melanin => "Melanin",
-        Parameter::HairReflectance => "Hair colour (Chiang)",
-        // The table of parameters may grow before this one.
-        other => other.name(),
-    }
-}
-
-fn unit(unit: Unit) -> &'static str {
+fn unit(unit: ParameterUnit) -> &'static str {
     match unit {
-        Unit::PerRadius => "1/radius",
+        ParameterUnit::PerRadius => "1/radius",
         other => other.sign(),
     }
 }
@@ -64,10 +41,11 @@ pub fn table() -> Result<Value, String> {
         json!({
             "key": parameter.name(),
             "symbol": parameter.symbol(),
-            "label": label(parameter),
+            "label": parameter.label(),
             "unit": unit(parameter.unit()),
             "range": [parameter.range().low, parameter.range().high],
             "channels": channels,
+            "choices": parameter.choices(),
             "is_color": parameter.is_color(),
             "is_stored": parameter.default_value().is_some(),
             "description": parameter.description(),
@@ -82,7 +60,6 @@ pub fn table() -> Result<Value, String> {
         "parameters": Parameter::ALL.map(row),
         "presets": Species::ALL.into_iter().map(preset).collect::<Result<Vec<_>, String>>()?,
         "lobes": Lobe::ALL.map(Lobe::key),
-        "exits": Exit::ALL.map(Exit::name),
         "base": base,
     }))
 }

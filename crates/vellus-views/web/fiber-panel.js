@@ -19,7 +19,7 @@
 const PANEL_GROUPS = [
   ["Gloss", ["beta_m", "beta_n", "wet"]],
   ["Cuticle", ["eta", "layers", "alpha"]],
-  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment"]],
+  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment", "exit"]],
   ["Cortex", ["sigma_ca"]],
 ];
 
@@ -178,6 +178,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   const message = make("p", { class: "vf-message", role: "status", "aria-live": "polite" });
   const sliders = new Map();
   const linked = new Map();
+  const choices = new Map();
   const active = () => state[state.active];
   const other = () => state[state.active === "A" ? "B" : "A"];
 
@@ -273,9 +274,17 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     change({ fiber: changed, preset: "", note: null }, done);
   }
 
-  /** The sliders of a parameter. */
+  /** The controls of a parameter: a list of choices, or sliders. */
   function rowOf(row) {
     const title = `${row.symbol}: ${row.description}`;
+    if (row.choices.length > 0) {
+      const list = make("select", { "data-key": row.key, "aria-label": row.label, title },
+        ...row.choices.map((word) => make("option", { value: word }, word)));
+      list.addEventListener("change", () =>
+        change({ fiber: { ...active().fiber, [row.key]: list.value }, preset: "" }, true));
+      choices.set(row.key, list);
+      return [make("label", { class: "vf-wide" }, `${row.label} `, list)];
+    }
     if (row.channels.length === 0) {
       const slider = createSlider({
         ...row, label: row.label, title, name: `${row.label}, ${row.key}`,
@@ -333,9 +342,6 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
         true);
     }
   });
-  const exits = make("select", { "data-key": "exit", "aria-label": "Exit of scattered light" },
-    ...table.exits.map((exit) => make("option", { value: exit }, exit)));
-  exits.addEventListener("change", () => change({ fiber: { ...active().fiber, exit: exits.value }, preset: "" }, true));
 
   // Colours.
   const swatch = make("span", { class: "vf-swatch", role: "img", "aria-label": "Colour of a dense coat" });
@@ -386,8 +392,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
       make("div", { class: "vf-head" }, make("span", {}, "Melanin")),
       ...melanin.map((slider) => slider.element)),
     ...PANEL_GROUPS.map(([name, keys]) => group(name, ...keys.filter((key) => rows.has(key)).flatMap(
-      (key) => rowOf(rows.get(key))),
-      ...(name === "Medulla" ? [make("label", { class: "vf-wide" }, "Scattered light leaves ", exits)] : []))),
+      (key) => rowOf(rows.get(key))))),
     ...extra.flatMap(rowOf),
   );
   element.addEventListener("keydown", (event) => {
@@ -411,14 +416,14 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   /** Shows the state in all controls. */
   function refresh() {
     const { fiber: shown, melanin: pigments, preset } = active();
-    for (const row of stored) {
+    for (const [key, list] of choices) list.value = shown[key];
+    for (const row of stored.filter((row) => row.choices.length === 0)) {
       const values = channelsOf(shown[row.key], row.channels.length || 1);
       sliders.get(row.key)?.forEach((slider, i) => (slider.value = values[i]));
       const link = linked.get(row.key);
       if (link && values.some((x) => x !== values[0])) link.checked = false;
     }
     melanin.forEach((slider, i) => (slider.value = pigments[i]));
-    exits.value = shown.exit;
     presets.value = preset;
     radios[state.active].checked = true;
     const to = state.active === "A" ? "B" : "A";

@@ -4,7 +4,7 @@ use crate::cylinder::frame::is_unit;
 use crate::error::Error;
 use crate::far::window_hit::{WindowHit, WindowState};
 use crate::fiber::Fiber;
-use crate::lobe::{Lobes, Sample};
+use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::tables::Tables;
 use crate::near::{Near, NearHit};
 use crate::prepared::{Owned, Prepared, Shared};
@@ -195,7 +195,7 @@ macro_rules! queries {
             }
 
             /// The probability with which sampling chooses each lobe, in the order of [`Lobe`](crate::Lobe).
-            pub fn lobe_probabilities(&self) -> [f32; 6] {
+            pub fn lobe_probabilities(&self) -> [f32; Lobe::COUNT] {
                 match &self.0 {
                     Kind::Near(hit) => hit.lobe_probabilities(),
                     Kind::Window(prepared, state) => WindowHit::new(prepared, state).lobe_probabilities(),

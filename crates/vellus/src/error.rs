@@ -31,6 +31,13 @@ pub enum Error {
         /// The number of values.
         found: usize,
     },
+    /// A word where a parameter takes numbers.
+    NoWord {
+        /// The name of the parameter.
+        name: String,
+        /// The allowed numbers in words: `one number or three`.
+        expected: &'static str,
+    },
     /// More than one way to give the colour of a fibre.
     ColorTwice {
         /// The parameter that was given first.
@@ -38,22 +45,10 @@ pub enum Error {
         /// The other parameter.
         second: &'static str,
     },
-    /// A species without a preset.
-    UnknownPreset {
-        /// The name.
-        name: String,
-        /// All known names.
-        known: String,
-    },
-    /// An unknown way for scattered light to leave a fibre.
-    UnknownExit {
-        /// The name.
-        name: String,
-        /// All known names.
-        known: String,
-    },
-    /// An unknown name of a lobe.
-    UnknownLobe {
+    /// An unknown name of a preset, of a lobe, or of a choice of a parameter.
+    UnknownName {
+        /// What it should be: `preset`, `lobe` or the name of the parameter.
+        what: &'static str,
         /// The name.
         name: String,
         /// All known names.
@@ -69,12 +64,11 @@ impl fmt::Display for Error {
             Error::OutOfRange { name, value, range } => write!(f, "{name} = {value} is out of range: {range}"),
             Error::UnknownParameter { name, known } => write!(f, "unknown parameter '{name}': known are {known}"),
             Error::Channels { name, expected, found } => write!(f, "{name} takes {expected}, not {found}"),
+            Error::NoWord { name, expected } => write!(f, "{name} takes {expected}, not a word"),
             Error::ColorTwice { first, second } => {
                 write!(f, "colour is given more than once, by {first} and by {second}: only one may give it")
             }
-            Error::UnknownPreset { name, known } => write!(f, "unknown preset '{name}': known are {known}"),
-            Error::UnknownExit { name, known } => write!(f, "unknown exit '{name}': known are {known}"),
-            Error::UnknownLobe { name, known } => write!(f, "unknown lobe '{name}': known are {known}"),
+            Error::UnknownName { what, name, known } => write!(f, "unknown {what} '{name}': known are {known}"),
             Error::Table(problem) => write!(f, "broken medulla table: {problem}"),
         }
     }

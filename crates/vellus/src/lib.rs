@@ -74,8 +74,8 @@ pub use error::Error;
 pub use fiber::Fiber;
 pub use fiber::builder::{FiberBuilder, OutOfReach};
 pub use fiber::color::Color;
-pub use fiber::exit::Exit;
-pub use fiber::parameter::{Parameter, Range, Unit};
+pub use fiber::exit::ScatterExit;
+pub use fiber::parameter::{Parameter, ParameterRange, ParameterUnit};
 pub use fiber::species::Species;
 pub use lobe::{Lobe, Lobes, Sample};
 #[cfg(feature = "unstable")]
@@ -83,7 +83,7 @@ pub use medulla::grid;
 pub use medulla::tables::Tables;
 #[cfg(feature = "unstable")]
 pub use medulla::tables::{FactorTable, TableData};
-pub use model::{Field, Model, Scattering};
+pub use model::{Model, Scattering, WindowSupport};
 pub use near::NearHit;
 pub use simd::instructions::missing_instructions;
 pub use simd::lanes::Lanes;

@@ -21,18 +21,21 @@ pub enum Lobe {
     Tts,
     /// Scattered by the medulla in its second pass, TRTˢ.
     Trts,
-    /// The residual lobe: all higher orders (D6). Its key in files is `rest`.
-    Residual,
+    /// The rest lobe: all higher orders (D6). Its key in files is `rest`.
+    Rest,
 }
 
 impl Lobe {
+    /// The number of lobes, and the length of every array of lobes.
+    pub const COUNT: usize = Lobe::ALL.len();
+
     /// All six lobes, in order.
-    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Residual];
+    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
 
     /// The lobe that `u` in [0, 1) selects, given the probabilities of all six. A lobe without energy is never
     /// chosen.
     #[inline(always)]
-    pub(crate) fn choose(probability: [f32; 6], u: f32) -> Lobe {
+    pub(crate) fn choose(probability: [f32; Lobe::COUNT], u: f32) -> Lobe {
         choose(Lobe::ALL.into_iter().zip(probability), u).map_or(Lobe::R, |choice| choice.item)
     }
 
@@ -54,12 +57,39 @@ impl FromStr for Lobe {
 
     /// Accepts the key alone.
     fn from_str(name: &str) -> Result<Self, Error> {
-        Lobe::ALL
-            .into_iter()
-            .find(|lobe| lobe.key() == name)
-            .ok_or_else(|| Error::UnknownLobe { name: name.to_owned(), known: Lobe::ALL.map(Lobe::key).join(", ") })
+        Lobe::ALL.into_iter().find(|lobe| lobe.key() == name).ok_or_else(|| Error::UnknownName {
+            what: "lobe",
+            name: name.to_owned(),
+            known: Lobe::ALL.map(Lobe::key).join(", "),
+        })
     }
 }
+
+/// A component of the light that leaves a fibre: a lobe, or a part of one that has its own shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(dead_code, reason = "loops over the first components count them")]
+pub(crate) enum Component {
+    R,
+    Tt,
+    Trt,
+    Tts,
+    Trts,
+    /// The unscattered part of [`Lobe::Rest`].
+    Rest,
+    /// The diffuse part of [`Lobe::Rest`]: scattered light that the cuticle reflected before it left (D17).
+    Diffuse,
+}
+
+impl Component {
+    /// The number of components, and the length of every array of components.
+    pub const COUNT: usize = Lobe::COUNT + 1;
+
+    /// The components that the medulla scattered in the first and in the second pass.
+    pub const SCATTERED: [Component; 2] = [Component::Tts, Component::Trts];
+}
+
+/// The place of [`Component::Diffuse`] in arrays of components.
+pub(crate) const DIFFUSE: usize = Component::Diffuse as usize;
 
 /// f·cos θᵢ of each lobe, RGB, indexed by [`Lobe`]. `V` is `f32`, or [`f32x8`](wide::f32x8) for eight queries.
 ///
@@ -72,7 +102,7 @@ impl FromStr for Lobe {
 /// assert_eq!(layers[Lobe::Tt], [0.25, 0.125, 0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
+pub struct Lobes<V = f32>(pub [[V; 3]; Lobe::COUNT]);
 
 impl<V: Lanes> Lobes<V> {
     /// The sum over the lobes.

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 /// The windows that a model supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
+pub enum WindowSupport {
     /// One offset at a time. In a wider window, the model only uses the offset in the middle.
     Near,
     /// Only the average over the whole width. The window is ignored.
@@ -37,7 +37,7 @@ pub trait Model: Sync {
     }
 
     /// The windows that the model supports.
-    fn field(&self) -> Field;
+    fn field(&self) -> WindowSupport;
 
     /// The same model of another fibre. A renderer calls this at each hit if parameters vary along the fur.
     ///
@@ -87,8 +87,8 @@ impl Model for Bcsdf<'_> {
         self.with_hit(wo, window, f)
     }
 
-    fn field(&self) -> Field {
-        Field::Any
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Any
     }
 
     #[inline]

@@ -3,10 +3,10 @@
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, probabilities};
+use crate::cylinder::path::{Path, probabilities};
 use crate::exit::diffuse;
 use crate::exit::turn::Turns;
-use crate::lobe::{Lobe, Lobes, Sample};
+use crate::lobe::{Component, DIFFUSE, Lobe, Lobes, Sample};
 use crate::medulla::{Azimuth, Inclination, Medulla};
 use crate::prepared::{Prepared, Shared};
 use crate::simd::lanes::{Lanes, Quad};
@@ -52,9 +52,9 @@ pub(crate) struct Near<P, V: Lanes = f32> {
     /// Φˢ of TTˢ, TRTˢ.
     scattered_exit: [V; 2],
     /// A(h) of each component, RGB and a spare.
-    attenuation: [V::Quad; COMPONENTS],
+    attenuation: [V::Quad; Component::COUNT],
     /// Probability of each component.
-    probability: [V; COMPONENTS],
+    probability: [V; Component::COUNT],
     scattered: V::PerLane<Scattered>,
     /// How the cuticle turns scattered light.
     turns: Option<Turns<V>>,
@@ -107,12 +107,12 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
 
     /// A(h) of each lobe.
     pub fn energy(&self) -> Lobes<V> {
-        self.lobes(&[V::splat(1.0); COMPONENTS])
+        self.lobes(&[V::splat(1.0); Component::COUNT])
     }
 
-    pub fn lobe_probabilities(&self) -> [V; 6] {
-        let mut lobes: [V; 6] = std::array::from_fn(|p| self.probability[p]);
-        lobes[Lobe::Residual as usize] = lobes[Lobe::Residual as usize] + self.probability[DIFFUSE];
+    pub fn lobe_probabilities(&self) -> [V; Lobe::COUNT] {
+        let mut lobes: [V; Lobe::COUNT] = std::array::from_fn(|p| self.probability[p]);
+        lobes[Lobe::Rest as usize] = lobes[Lobe::Rest as usize] + self.probability[DIFFUSE];
         lobes
     }
 
@@ -124,7 +124,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
 
     /// The densities of the components over solid angle.
     #[inline(always)]
-    fn densities(&self, (o, around): &(Outgoing<V>, [V; 2])) -> [V; COMPONENTS] {
+    fn densities(&self, (o, around): &(Outgoing<V>, [V; 2])) -> [V; Component::COUNT] {
         let m = self.prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
         let n = self.prepared.azimuthal.eval(self.exit, o.phi);
         let [r, tt, trt, rest] = (m * n).array();
@@ -160,22 +160,21 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
                     lanes[p][i] = m * medulla.azimuthal_plain(&s.azimuth, phi);
                 }
             }
-            d[3] = V::from_lanes(&lanes[0]);
-            d[4] = V::from_lanes(&lanes[1]);
-            if let Some([first, second]) = slopes {
-                d[3] = d[3] * first;
-                d[4] = d[4] * second;
+            let [first, second] = Component::SCATTERED.map(|component| component as usize);
+            (d[first], d[second]) = (V::from_lanes(&lanes[0]), V::from_lanes(&lanes[1]));
+            if let Some(slopes) = slopes {
+                (d[first], d[second]) = (d[first] * slopes[0], d[second] * slopes[1]);
             }
         }
         d
     }
 
     #[inline(always)]
-    fn lobes(&self, densities: &[V; COMPONENTS]) -> Lobes<V> {
-        let mut lobes = [[densities[0]; 3]; 6];
+    fn lobes(&self, densities: &[V; Component::COUNT]) -> Lobes<V> {
+        let mut lobes = [[densities[0]; 3]; Lobe::COUNT];
         for (p, lobe) in lobes.iter_mut().enumerate() {
             let mut light = self.attenuation[p] * V::Quad::splat(densities[p]);
-            if p == Lobe::Residual as usize {
+            if p == Lobe::Rest as usize {
                 light = light + self.attenuation[DIFFUSE] * V::Quad::splat(densities[DIFFUSE]);
             }
             let [r, g, b, _] = light.array();
@@ -185,7 +184,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     }
 
     #[inline(always)]
-    fn total(&self, densities: &[V; COMPONENTS]) -> [V; 3] {
+    fn total(&self, densities: &[V; Component::COUNT]) -> [V; 3] {
         let mut sum = V::Quad::splat(V::splat(0.0));
         for (a, d) in self.attenuation.iter().zip(densities) {
             sum = sum + *a * V::Quad::splat(*d);
@@ -195,7 +194,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     }
 
     #[inline(always)]
-    fn density(&self, densities: &[V; COMPONENTS]) -> V {
+    fn density(&self, densities: &[V; Component::COUNT]) -> V {
         let mut sum = V::splat(0.0);
         for (p, d) in self.probability.iter().zip(densities) {
             sum = sum + *p * *d;
@@ -249,8 +248,8 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
             }
             Lobe::Tts => scattered(1),
             Lobe::Trts => scattered(2),
-            Lobe::Residual => {
-                let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.probability[p].lane(lane));
+            Lobe::Rest => {
+                let parts = [DIFFUSE, Lobe::Rest as usize].map(|p| self.probability[p].lane(lane));
                 let (is_diffuse, u2) = diffuse::choose(parts, u[2]);
                 let even = TAU * u2;
                 match &self.turns {
@@ -355,7 +354,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
     }
 
     /// The mean of cos φ over each lobe.
-    pub fn mean_cosines(&self) -> [f32; 6] {
+    pub fn mean_cosines(&self) -> [f32; Lobe::COUNT] {
         let sigma = self.prepared.azimuthal.sigma;
         let exit = self.exit.to_array();
         let specular = |p: usize| exit[p].cos() * (-0.5 * sigma[p] * sigma[p]).exp();
@@ -375,7 +374,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
             }
             sums[1] / sums[0].max(f32::MIN_POSITIVE)
         };
-        let [later, even] = [DIFFUSE, Lobe::Residual as usize].map(|p| self.probability[p]);
+        let [later, even] = [DIFFUSE, Lobe::Rest as usize].map(|p| self.probability[p]);
         let stays = self.turns.as_ref().map_or(0.0, |turns| -turns.later.a[0]);
         let residual = stays * later / (later + even).max(f32::MIN_POSITIVE);
         [specular(0), specular(1), specular(2), scattered(0), scattered(1), residual]
@@ -413,7 +412,7 @@ impl NearHit<'_> {
     }
 
     /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
-    pub fn lobe_probabilities(&self) -> [f32x8; 6] {
+    pub fn lobe_probabilities(&self) -> [f32x8; Lobe::COUNT] {
         self.0.lobe_probabilities()
     }
 

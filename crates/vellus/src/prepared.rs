@@ -5,7 +5,6 @@ use crate::cylinder::longitudinal::Longitudinal;
 use crate::exit::Reflection;
 use crate::exit::table::ExitTable;
 use crate::exit::turn::Turning;
-use crate::far::segments;
 use crate::fiber::Fiber;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
@@ -62,7 +61,7 @@ impl<'t> Prepared<'t> {
             medulla,
             reflection,
             turning,
-            fine: segments::needs_more(fiber),
+            fine: fiber.needs_fine_windows(),
         }
     }
 }

@@ -72,13 +72,14 @@ public:
             const std::string preset(props.template get<std::string_view>("preset", "red-fox"));
             check(preset == "hair" ? vellus_parameters_hair(&parameters)
                                    : vellus_parameters_preset(preset.c_str(), &parameters));
-            set_exit(props, parameters);
-            // A reflectance depends on the other parameters, so colours come last.
-            const char *const names[] = { "eta", "kappa", "alpha", "beta_m", "beta_n", "sigma_ms", "sigma_ma", "g",
-                                          "layers", "wet", "medulla_pigment", "sigma_ca", "reflectance",
-                                          "melanin", "eumelanin", "pheomelanin", "hair_reflectance" };
-            for (const char *name : names)
-                set(props, name, parameters);
+            // In the order of the table: a reflectance depends on the other parameters, so it comes last.
+            for (size_t i = 0; i < vellus_parameter_count(); ++i) {
+                VellusParameter row;
+                check(vellus_parameter(i, &row));
+                set(props, row, parameters);
+            }
+            for (const char *pigment : { "eumelanin", "pheomelanin" })
+                set_numbers(props, pigment, parameters);
             check(vellus_fiber_from_parameters(&parameters, &fiber));
         }
         m_fiber.reset(fiber);
@@ -167,17 +168,18 @@ private:
         return across > 0.f ? w.x() / across : 0.f;
     }
 
-    static void set_exit(const Properties &props, VellusParameters &parameters) {
-        if (!props.has_property("exit"))
-            return;
-        const std::string exit(props.template get<std::string_view>("exit"));
-        if (exit != "open" && exit != "reflecting")
-            Throw("vellus: unknown exit '%s': known are open, reflecting", exit);
-        parameters.exit = exit == "open" ? VELLUS_EXIT_OPEN : VELLUS_EXIT_REFLECTING;
+    // Sets a parameter that the scene has: a word, or numbers.
+    static void set(const Properties &props, const VellusParameter &row, VellusParameters &parameters) {
+        if (row.words && props.has_property(row.name)) {
+            const std::string word(props.template get<std::string_view>(row.name));
+            check(vellus_parameters_set_word(&parameters, row.name, word.c_str()));
+        } else if (!row.words) {
+            set_numbers(props, row.name, parameters);
+        }
     }
 
-    // Sets a parameter that the scene has: a number, a vector, or an RGB colour.
-    static void set(const Properties &props, const char *name, VellusParameters &parameters) {
+    // A number, a vector, or an RGB colour.
+    static void set_numbers(const Properties &props, const char *name, VellusParameters &parameters) {
         if (!props.has_property(name))
             return;
         float values[3];

@@ -45,7 +45,7 @@ impl Scattering for Single<'_> {
 
     fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
         let (mut lobes, pdf) = self.0.eval_pdf(wi);
-        lobes[Lobe::Residual] = [0.0; 3];
+        lobes[Lobe::Rest] = [0.0; 3];
         (lobes, pdf)
     }
 

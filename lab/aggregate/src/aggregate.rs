@@ -11,7 +11,7 @@ use crate::once::leaves_after_one;
 use crate::orders::Orders;
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
-use vellus::{Bcsdf, Fiber, Field, Model, Window};
+use vellus::{Bcsdf, Fiber, WindowSupport, Model, Window};
 
 /// One thick fibre that stands for a bunch of fibres.
 ///
@@ -83,8 +83,8 @@ impl Model for Aggregate {
         AggregateHit::new(self, wo)
     }
 
-    fn field(&self) -> Field {
-        Field::Far
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Far
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, vellus::Error> {

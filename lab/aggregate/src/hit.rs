@@ -17,7 +17,7 @@ type Values = [[f32; CHANNELS]; 6];
 
 /// One hit of an aggregate. It allocates nothing.
 ///
-/// Lobes of single scattering are those of the member. All multiple scattering is in [`Lobe::Residual`].
+/// Lobes of single scattering are those of the member. All multiple scattering is in [`Lobe::Rest`].
 #[derive(Clone, Debug)]
 pub struct AggregateHit<'a> {
     model: &'a Aggregate,
@@ -68,7 +68,7 @@ impl<'a> AggregateHit<'a> {
             for (k, (lobe, ..)) in SPECULAR.into_iter().enumerate() {
                 add(lobe, &single[lobe as usize * CHANNELS..], along[k]);
             }
-            add(Lobe::Residual, &single[DIFFUSE * CHANNELS..], 2.0 / PI * o.cos_i);
+            add(Lobe::Rest, &single[DIFFUSE * CHANNELS..], 2.0 / PI * o.cos_i);
             for lobe in SCATTERED {
                 add(lobe, &single[lobe as usize * CHANNELS..], scattered);
             }
@@ -77,9 +77,9 @@ impl<'a> AggregateHit<'a> {
             let broad = blend(&node.broad, row, row_share);
             for group in 0..GROUPS {
                 let first = group * CHANNELS;
-                add(Lobe::Residual, &narrow[first..], along[SPECULAR.len() + group]);
+                add(Lobe::Rest, &narrow[first..], along[SPECULAR.len() + group]);
                 let product: [f32; CHANNELS] = std::array::from_fn(|c| around[first + c] * broad[first + c]);
-                add(Lobe::Residual, &product, 1.0);
+                add(Lobe::Rest, &product, 1.0);
             }
         }
         values
@@ -156,7 +156,7 @@ impl Scattering for AggregateHit<'_> {
         }
         let weight = lobes(&values).total().map(|f| f / (sum * self.scale));
         let wi = self.frame.direction(outgoing.sin_i, outgoing.cos_i, outgoing.phi.sin_cos());
-        let lobe = Lobe::ALL.get(part).copied().unwrap_or(Lobe::Residual);
+        let lobe = Lobe::ALL.get(part).copied().unwrap_or(Lobe::Rest);
         Sample::new(Vec3::from_array(wi), sum * self.scale, weight, lobe)
     }
 }

@@ -25,7 +25,7 @@
 //!   It is tabulated every 5° of θ_o and every 1.9° of azimuth, so finer details of the member's far field are lost.
 //! - **Multiple scattering.** A table from a simulation has how often light collides and at which azimuths it leaves,
 //!   by τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
-//!   collision. It is reported in the residual lobe.
+//!   collision. It is reported in the rest lobe.
 //! - **Energy.** Without absorption the energy is 1. With it, [`Scattering::energy`](vellus::Scattering::energy) is the
 //!   integral of `eval`. Both are exact up to rounding.
 //!

@@ -13,7 +13,7 @@ pub(crate) const OUTGOING: usize = 2 * INCLINATIONS - 1;
 
 /// The lobes with a spherical Gaussian along the fibre, and the factors of α and β_m (Yan17 Table 2).
 pub(crate) const SPECULAR: [(Lobe, f64, f64); 4] =
-    [(Lobe::R, 1.0, 1.0), (Lobe::Tt, -0.5, 0.5), (Lobe::Trt, -1.5, 1.5), (Lobe::Residual, -1.5, 2.0)];
+    [(Lobe::R, 1.0, 1.0), (Lobe::Tt, -0.5, 0.5), (Lobe::Trt, -1.5, 1.5), (Lobe::Rest, -1.5, 2.0)];
 
 /// The first lobes of [`SPECULAR`] keep light in one narrow lobe over many collisions: R, TT and TRT.
 pub(crate) const NARROW: usize = 3;
@@ -21,7 +21,7 @@ pub(crate) const NARROW: usize = 3;
 /// The lobes of light that the medulla scattered.
 pub(crate) const SCATTERED: [Lobe; 2] = [Lobe::Tts, Lobe::Trts];
 
-/// The six lobes, and the diffuse part of the residual lobe: even in azimuth, and 2 cos θᵢ/π in sin θᵢ (D17).
+/// The six lobes, and the diffuse part of the rest lobe: even in azimuth, and 2 cos θᵢ/π in sin θᵢ (D17).
 pub(crate) const LOBES: usize = 7;
 
 /// The index of that part.
@@ -175,7 +175,7 @@ fn scale(azimuths: &mut [[[f64; 3]; LOBES]], energy: &[[f64; 3]; LOBES]) {
     }
 }
 
-/// The energies of the lobes, with that of the residual lobe divided into its two parts. Where the specular part has
+/// The energies of the lobes, with that of the rest lobe divided into its two parts. Where the specular part has
 /// its peak, both have known densities, so the value of the lobe there tells their shares.
 fn with_diffuse(hit: &Hit<'_>, fiber: &Fiber, theta_o: f64) -> [[f64; 3]; LOBES] {
     let [_, _, _, (residual, shift, factor)] = SPECULAR;

@@ -174,7 +174,7 @@ fn moments(source: &Source<'_>, member: &Member, group: &Group) -> [f32; 2] {
     [(first * shift) as f32, variance.max((0.5 * source.roughness.beta_m).powi(2)) as f32]
 }
 
-/// The energy of each lobe. All multiple scattering is reported as the residual lobe.
+/// The energy of each lobe. All multiple scattering is reported as the rest lobe.
 fn energy(
     single: &[[f32; LOBES * CHANNELS]],
     narrow: &[[f32; GROUPS * CHANNELS]],
@@ -183,13 +183,13 @@ fn energy(
 ) -> Lobes {
     let mut energy = [[0.0; 3]; 6];
     for (lobe, c) in (0..3 * LOBES).map(|i| (i / 3, i % 3)) {
-        energy[lobe.min(Lobe::Residual as usize)][c] +=
+        energy[lobe.min(Lobe::Rest as usize)][c] +=
             circle(single.iter().map(|row| f64::from(row[lobe * CHANNELS + c])));
     }
     for (group, c) in (0..3 * GROUPS).map(|i| (i / 3, i % 3)) {
         let i = group * CHANNELS + c;
         let along: f64 = broad.iter().enumerate().map(|(k, row)| width(k) * f64::from(row[i])).sum();
-        energy[Lobe::Residual as usize][c] += circle(narrow.iter().map(|row| f64::from(row[i])))
+        energy[Lobe::Rest as usize][c] += circle(narrow.iter().map(|row| f64::from(row[i])))
             + circle(around.iter().map(|row| f64::from(row[i]))) * along;
     }
     Lobes(energy.map(|rgb| rgb.map(|x| x as f32)))

@@ -9,7 +9,7 @@ use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Context, Error, Result, bail};
 use std::path::{Path, PathBuf};
-use vellus::Exit;
+use vellus::ScatterExit;
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_io::parse;
 use vellus_models::ModelKind;
@@ -43,9 +43,9 @@ pub struct Args {
     model: ModelKind,
     /// How scattered light leaves the fitted fibre: reflecting (as in a simulated fibre), or open (the cuticle does
     /// not reflect it, as in the paper). Only vellus has both. The written fibre contains it. Default: reflecting.
-    #[arg(long, value_parser = one_of::<Exit>(Exit::ALL.map(Exit::name)), value_name = "EXIT")]
+    #[arg(long, value_parser = one_of::<ScatterExit>(ScatterExit::ALL.map(ScatterExit::name)), value_name = "EXIT")]
     #[arg(conflicts_with = "simulate")]
-    exit: Option<Exit>,
+    exit: Option<ScatterExit>,
     /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv). For several profiles without
     /// --joint, a folder: each fibre has the name of its profile.
     #[arg(long, value_name = "FILE|DIR")]

@@ -1,6 +1,6 @@
 //! Random fibres and colours. The same number always gives the same.
 
-use vellus::{Exit, Fiber, Species};
+use vellus::{Fiber, ScatterExit, Species};
 
 /// SplitMix64.
 struct Random(u64);
@@ -33,7 +33,7 @@ const ABSORPTION: [f32; 2] = [0.003, 30.0];
 /// is 0, 0.3 or 1 times as much.
 pub fn random_fiber(number: u64) -> Fiber {
     let mut random = Random(number.wrapping_mul(0x1234_5678_9abc_def1));
-    let exit = if random.unit() < 0.75 { Exit::Reflecting } else { Exit::Open };
+    let exit = if random.unit() < 0.75 { ScatterExit::Reflecting } else { ScatterExit::Open };
     let kappa = if random.unit() < 0.15 { 0.0 } else { random.between(0.2, 0.96) };
     let mut fiber = Fiber {
         eta: random.between(1.2, 1.75),
@@ -49,7 +49,7 @@ pub fn random_fiber(number: u64) -> Fiber {
     };
     if random.unit() < 0.25 {
         let species = Species::ALL[(random.unit() * 10.0) as usize];
-        fiber = if exit == Exit::Open { Fiber::published(species) } else { Fiber::preset(species) };
+        fiber = if exit == ScatterExit::Open { Fiber::published(species) } else { Fiber::preset(species) };
     }
     let share = [0.0, 0.3, 1.0][(random.unit() * 3.0) as usize];
     let [least, most] = ABSORPTION.map(f32::ln);

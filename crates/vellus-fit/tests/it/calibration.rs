@@ -7,7 +7,7 @@ use vellus_testing::{Uniform, effort};
 
 /// A fibre from the usual ranges of fits, uniform in the variables of fits.
 fn random_fiber(rng: &mut Uniform, rgb: bool) -> Fiber {
-    let mut fiber = Fiber::hair().with_exit(vellus::Exit::Reflecting);
+    let mut fiber = Fiber::hair().with_exit(vellus::ScatterExit::Reflecting);
     for p in Forward::default().parameters(if rgb { 3 } else { 1 }) {
         let Kind::Fiber(parameter, channel) = p.kind else { continue };
         let [low, high] = p.usual.map(|x| p.curve.variable(x));

@@ -3,7 +3,7 @@
 use crate::any_profile;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
-use vellus::{Exit, Fiber, Species, TableData, Tables};
+use vellus::{Fiber, ScatterExit, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind};
 use vellus_fit::space::Space;
 use vellus_fit::{
@@ -58,14 +58,14 @@ fn truth(fiber: &Fiber, name: &str, scale: f64) -> f64 {
 fn the_exit_is_kept() {
     let fiber = Fiber::preset(Species::Raccoon);
     let profile = measured(&fiber, &gantry(3)).unwrap();
-    let [open, reflecting] = Exit::ALL.map(|exit| fitted(&profile, &Options { exit: Some(exit), ..quick() }));
-    assert_eq!([&open, &reflecting].map(|fit| fit.specimen.fiber.exit), Exit::ALL);
+    let [open, reflecting] = ScatterExit::ALL.map(|exit| fitted(&profile, &Options { exit: Some(exit), ..quick() }));
+    assert_eq!([&open, &reflecting].map(|fit| fit.specimen.fiber.exit), ScatterExit::ALL);
     for (name, z) in z_scores(&reflecting, &fiber, 37.0) {
         assert!(z.abs() < 4.0, "{name}: {z} standard errors");
     }
     assert!(reflecting.nrmse < open.nrmse, "{} {}", reflecting.nrmse, open.nrmse);
     let yan2015 = Forward::new(ModelKind::Yan2015).unwrap();
-    let options = Options { exit: Some(Exit::Reflecting), ..quick() };
+    let options = Options { exit: Some(ScatterExit::Reflecting), ..quick() };
     let error = fit(std::slice::from_ref(&profile), yan2015, &options, &()).unwrap_err().to_string();
     assert_eq!(error, "yan2015 has no exit 'reflecting': only vellus has");
 }
@@ -131,7 +131,8 @@ fn whole_fibres_are_followed() {
     for species in [Species::Deer, Species::Raccoon].into_iter().take(effort(1, 2)) {
         let synthetic = Synthetic { step: [4.0, 5.0], noise: 0.02, ..Synthetic::default() };
         let profile = simulate::from_reference(&Fiber::published(species), &synthetic, 400_000, &()).unwrap();
-        let [open, reflecting] = Exit::ALL.map(|exit| fitted(&profile, &Options { exit: Some(exit), ..quick() }));
+        let [open, reflecting] =
+            ScatterExit::ALL.map(|exit| fitted(&profile, &Options { exit: Some(exit), ..quick() }));
         for fit in [open, reflecting] {
             assert!(fit.nrmse <= 0.08 && fit.log_nrmse <= 0.08, "{species}: {} {}", fit.nrmse, fit.log_nrmse);
         }

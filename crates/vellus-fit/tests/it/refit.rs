@@ -1,6 +1,6 @@
 //! The presets for the reflecting exit.
 
-use vellus::{Bcsdf, Exit, Fiber, Parameter, Species};
+use vellus::{Bcsdf, Fiber, Parameter, ScatterExit, Species};
 use vellus_fit::refit;
 use vellus_models::energies;
 
@@ -27,7 +27,7 @@ fn fitted_presets_scatter_as_much_light_as_the_published_ones() {
 #[ignore = "full: ten fits of 2000 directions, which change only when the model does"]
 fn fitted_presets_are_what_the_procedure_gives() {
     for species in Species::ALL {
-        let result = refit(&Fiber::published(species), Exit::Reflecting, &()).unwrap();
+        let result = refit(&Fiber::published(species), ScatterExit::Reflecting, &()).unwrap();
         let [found, table] = [result.fiber, Fiber::preset(species)];
         for (name, found, table) in [
             ("kappa", found.kappa, table.kappa),

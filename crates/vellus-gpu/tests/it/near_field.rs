@@ -2,7 +2,7 @@
 
 use crate::common::device;
 use vellus::glam::Vec3;
-use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
+use vellus::{Bcsdf, Fiber, Hit, ScatterExit, Species, Window};
 use vellus_gpu::{Answer, Queries, Query};
 use vellus_testing::Uniform;
 use vellus_testing::sphere::ChiSquared;
@@ -15,7 +15,7 @@ fn fibers(count: usize) -> Vec<Fiber> {
         Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
     fibers.push(Fiber::hair());
     while fibers.len() < count {
-        let exit = Exit::ALL[fibers.len() % 2];
+        let exit = ScatterExit::ALL[fibers.len() % 2];
         fibers.push(Fiber { exit, ..random.fiber() });
     }
     fibers
@@ -141,7 +141,7 @@ fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::E
 #[test]
 fn a_white_fibre_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device() else { return Ok(()) };
-    let models = [Exit::Open, Exit::Reflecting]
+    let models = [ScatterExit::Open, ScatterExit::Reflecting]
         .map(|exit| Fiber { kappa: 0.8, sigma_ms: 2.0, g: 0.4, exit, ..Fiber::hair() }.without_absorption());
     let models = models.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
     let mut random = Uniform(5);

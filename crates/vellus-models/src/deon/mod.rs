@@ -8,7 +8,7 @@
 //! fibres, they interpolate between shared tables of 32 absorptions. Fresnel reflectance and absorption are those at
 //! θ_d, as in the paper.
 //!
-//! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model uses these parameters of a [`Fiber`]: η,
+//! The lobes are R, TT, TRT and TRRT, and TRRT is the rest lobe. The model uses these parameters of a [`Fiber`]: η,
 //! σ_c,a, α, β_m and β_n (shifts and widths of Yan17 Table 2). κ, σ_m, g and l are ignored.
 //!
 //! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation is
@@ -24,9 +24,9 @@ use azimuths::Azimuths;
 use channels::Channels;
 use glam::Vec3;
 use vellus::parts::{Frame, Outgoing, Polar, wrap};
-use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
+use vellus::{Error, Fiber, Lobe, Lobes, Model, Sample, Scattering, Window, WindowSupport};
 
-const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual];
+const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest];
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl DEon2011 {
     fn energy(&self, theta_o: f32) -> Lobes {
         let (sin, cos) = theta_o.sin_cos();
         let longitudinal = self.longitudinal.at(Polar { sin, cos: cos.max(0.0) });
-        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut lobes = Lobes::default();
         let (n, m) = (16, 8);
         for k in 0..n * m {
             let u = [((k / m) as f32 + 0.5) / n as f32, ((k % m) as f32 + 0.5) / m as f32];
@@ -105,8 +105,8 @@ impl Model for DEon2011 {
         }
     }
 
-    fn field(&self) -> Field {
-        Field::Far
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Far
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
@@ -123,7 +123,7 @@ impl DEon2011Hit<'_> {
         let theta = Azimuths::theta(0.5 * (o.theta_i - self.theta_o));
         let phi = wrap(o.phi);
         let longitudinal = self.longitudinal.eval(o).to_array();
-        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut lobes = Lobes::default();
         let mut pdf = 0.0;
         for p in 0..4 {
             let n = [0, 1, 2].map(|c| channels.rgb[c].eval(p, theta, phi));

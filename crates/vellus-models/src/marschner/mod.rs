@@ -26,7 +26,7 @@ use section::Section;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::PI;
 use vellus::parts::{Frame, Outgoing, Polar, wrap};
-use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
+use vellus::{Error, Fiber, Lobe, Lobes, Model, Sample, Scattering, Window, WindowSupport};
 use wide::f32x8;
 
 const LOBES: [Lobe; 3] = [Lobe::R, Lobe::Tt, Lobe::Trt];
@@ -125,8 +125,8 @@ impl Model for Marschner2003 {
         }
     }
 
-    fn field(&self) -> Field {
-        Field::Far
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Far
     }
 
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
@@ -146,7 +146,7 @@ impl Marschner2003Hit<'_> {
         let (longitudinal, inside) = (self.longitudinal.eval(o).to_array(), self.longitudinal.inside().to_array());
         // M cos θᵢ/cos²θ_d from the normalised density with respect to sin θᵢ, g/(inside·cos θᵢ).
         let geometry = (o.cos_i / theta_d.cos().max(1e-6) as f32).powi(2);
-        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut lobes = Lobes::default();
         let mut pdf = 0.0;
         for p in 0..3 {
             let (smooth, all) = if p < 2 { section.smooth(p, phi, self.model.sigma_a) } else { ([0.0; 3], 0.0) };
@@ -163,7 +163,7 @@ impl Marschner2003Hit<'_> {
 impl Scattering for Marschner2003Hit<'_> {
     fn energy(&self) -> Lobes {
         let inside = self.longitudinal.inside().to_array();
-        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut lobes = Lobes::default();
         let n = 16;
         for k in 0..n {
             let u = (k as f32 + 0.5) / n as f32;

@@ -118,7 +118,7 @@ impl Yan2015Hit<'_> {
                 (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += d.energy[i][c] * value);
                 pdf += if self.model.original_sampling { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
             }
-            (0..3).for_each(|c| lobes.0[Lobe::Residual as usize][c] += s.diffuse[c] * d.diffuse);
+            (0..3).for_each(|c| lobes.0[Lobe::Rest as usize][c] += s.diffuse[c] * d.diffuse);
             let even = if self.model.original_sampling {
                 self.probability[1..].iter().sum()
             } else {
@@ -183,10 +183,10 @@ impl Yan2015Hit<'_> {
                     (SCATTERED[i - 1], at(sin_i, relative + s.back[i - 1]))
                 } else {
                     // Under total reflection, samples the diffuse lobe with unused random numbers.
-                    (Lobe::Residual, at(2.0 * left - 1.0, TAU * u[4]))
+                    (Lobe::Rest, at(2.0 * left - 1.0, TAU * u[4]))
                 }
             }
-            Some(_) if i == 4 => (Lobe::Residual, at(2.0 * u[1] - 1.0, TAU * u[3])),
+            Some(_) if i == 4 => (Lobe::Rest, at(2.0 * u[1] - 1.0, TAU * u[3])),
             _ => {
                 let (lane, _) = choose(&largest_channel(self.unscattered.energies()), left);
                 (NAMES[lane], self.unscattered.draw(lane, [u[1], u[2], u[3]]))
@@ -206,7 +206,7 @@ impl Yan2015Hit<'_> {
                 let o = Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: TAU * u[3] };
                 let d = self.scattered_densities(s, &o);
                 let (lobe, energy, density) = match i {
-                    4 => (Lobe::Residual, s.diffuse, d.diffuse),
+                    4 => (Lobe::Rest, s.diffuse, d.diffuse),
                     _ => (SCATTERED[i - 1], d.energy[i - 1], d.lobes[i - 1] * d.transmission),
                 };
                 (lobe, o, energy.map(|a| a * density * 4.0 * PI / self.probability[i]))
@@ -269,7 +269,7 @@ impl Scattering for Yan2015Hit<'_> {
     fn energy(&self) -> Lobes {
         let mut lobes = self.unscattered.energy();
         let energies = self.lobe_energies();
-        let rest = [SCATTERED[0], SCATTERED[1], SCATTERED[2], Lobe::Residual];
+        let rest = [SCATTERED[0], SCATTERED[1], SCATTERED[2], Lobe::Rest];
         for (name, energy) in rest.into_iter().zip(&energies[8..]) {
             (0..3).for_each(|c| lobes.0[name as usize][c] += energy[c]);
         }

@@ -69,7 +69,7 @@ pub use profiles::Profiles;
 use profiles::Reading;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Exit, Fiber, Field, Lobe, Model, Parameter, Tables, Window, grid};
+use vellus::{Error, Fiber, Lobe, Model, Parameter, ScatterExit, Tables, Window, WindowSupport, grid};
 use wide::f32x8;
 
 /// Names of the eleven lobes and the diffuse lobe, in the order of [`Yan2015Hit::lobes`].
@@ -77,8 +77,7 @@ pub const LOBES: [&str; 12] =
     ["R", "TT", "TRT", "TrT", "TrRrT", "TttT", "TtrtT", "TttRttT", "TttTs", "TtrtTs", "TttRttTs", "diffuse"];
 
 /// The lobes of [`vellus::Lobes`] that the unscattered lobes add to. With η_m = η_c, TttT is TT and TttRttT is TRT.
-const NAMES: [Lobe; 8] =
-    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Tt, Lobe::Residual, Lobe::Trt];
+const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Tt, Lobe::Rest, Lobe::Trt];
 /// The same for the scattered lobes.
 const SCATTERED: [Lobe; 3] = [Lobe::Tts, Lobe::Trts, Lobe::Trts];
 
@@ -146,7 +145,7 @@ impl Yan2015 {
         }
         let tables = Tables::shipped();
         // This model has its own interfaces.
-        let medulla = Medulla::new(&fiber.with_exit(Exit::Open), tables);
+        let medulla = Medulla::new(&fiber.with_exit(ScatterExit::Open), tables);
         let interfaces = Interfaces { eta_c: fiber.eta, eta_m, layers: fiber.layers };
         let escape = medulla.exists().then(|| match known {
             Some(escape) if escape.interfaces == interfaces => Arc::clone(escape),
@@ -278,8 +277,8 @@ impl Model for Yan2015 {
         }
     }
 
-    fn field(&self) -> Field {
-        Field::Near
+    fn field(&self) -> WindowSupport {
+        WindowSupport::Near
     }
 
     /// The model of another fibre with the same η_m/η_c, where η_m is clamped to [1, 3].

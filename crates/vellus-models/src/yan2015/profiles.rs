@@ -16,7 +16,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;
 use std::sync::OnceLock;
 use vellus::parts::{Medulla, wrap};
-use vellus::{Exit, Fiber, Tables, grid};
+use vellus::{Fiber, ScatterExit, Tables, grid};
 
 /// Scattered light in four large tables. Equal sizes have equal contents.
 pub struct Profiles {
@@ -80,7 +80,7 @@ impl Profiles {
                 kappa: 1.0,
                 sigma_ms: grid::tau_at(position(tau, taus).into()) as f32,
                 g: grid::g_at(position(g, gs).into()) as f32,
-                exit: Exit::Open,
+                exit: ScatterExit::Open,
                 ..Fiber::hair()
             };
             let medulla = Medulla::new(&fiber, Tables::shipped());

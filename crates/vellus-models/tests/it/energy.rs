@@ -1,7 +1,7 @@
 //! Energy of every model: in a white furnace, and with absorption.
 
 use std::f64::consts::{PI, TAU};
-use vellus::{Fiber, Field, Model, Scattering, Species, Window};
+use vellus::{Fiber, Model, Scattering, Species, Window, WindowSupport};
 use vellus_models::ModelKind;
 use vellus_testing::{Uniform, direction, full_fiber};
 
@@ -22,7 +22,7 @@ fn integrate(hit: &impl Scattering) -> [f64; 3] {
 /// The mean energy that leaves a fibre without absorption, over offsets.
 fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     let model = kind.model(&fiber.without_absorption()).unwrap();
-    let n = if model.field() == Field::Far { 1 } else { 400 };
+    let n = if model.field() == WindowSupport::Far { 1 } else { 400 };
     let mut sum = 0.0;
     for k in 0..n {
         let h = (k as f64 + 0.5) / n as f64 * 2.0 - 1.0;

@@ -1,7 +1,7 @@
 //! The hair models compared with each other, and with the statements of their papers.
 
 use std::f64::consts::{PI, TAU};
-use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
+use vellus::{Color, Fiber, Lobe, Model, Scattering, Window, WindowSupport};
 use vellus_models::{ModelKind, chiang};
 use vellus_reference::exact::{bessel_i0e, interface};
 use vellus_testing::{Uniform, direction};
@@ -60,7 +60,7 @@ fn deon_is_the_near_field_integrated() {
         let ours = hit.eval(direction(theta_i, phi_o + phi)).0;
         let exact = deon(&fiber, theta_o, theta_i, phi);
         let peak = deon(&fiber, theta_o, -theta_o, phi).into_iter().fold(0.0, f64::max);
-        for (p, lobe) in [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual].into_iter().enumerate() {
+        for (p, lobe) in [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest].into_iter().enumerate() {
             // Interpolation is linear over φ (an error of 1/72 of a narrow lobe's peak) and over 3° of θ_d. The
             // longitudinal part is in f32.
             let error = (f64::from(ours[lobe as usize][1]) - exact[p]).abs();
@@ -122,7 +122,7 @@ fn energies_agree_between_hair_models() {
     for theta_o in [0.0f64, 0.7] {
         let mean = |kind: ModelKind| {
             let model = kind.model(&fiber).unwrap();
-            let n = if model.field() == Field::Far { 1 } else { 2000 };
+            let n = if model.field() == WindowSupport::Far { 1 } else { 2000 };
             let mut sum = [0.0; 3];
             for k in 0..n {
                 let h = (k as f32 + 0.5) / n as f32 * 2.0 - 1.0;

@@ -1,6 +1,6 @@
 //! Limits of the model of Yan et al. 2015, and a comparison with the simulation of whole fibres.
 
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Model, Scattering, Species, Window};
+use vellus::{Bcsdf, Fiber, Lobe, Model, ScatterExit, Scattering, Species, Window};
 use vellus_models::yan2015::LOBES;
 use vellus_models::{Yan2015, ZinkeWeber2007};
 use vellus_reference::exact::{fresnel, interface};
@@ -39,7 +39,7 @@ fn no_medulla_is_hair() {
 /// scatters is TTˢ and TRTˢ.
 #[test]
 fn one_index_has_the_energies_of_2017() {
-    let fiber = Fiber { beta_m: 0.05, exit: Exit::Open, ..full_fiber() }.without_absorption();
+    let fiber = Fiber { beta_m: 0.05, exit: ScatterExit::Open, ..full_fiber() }.without_absorption();
     let (old, new) = (Yan2015::new(&fiber).unwrap(), Bcsdf::new(&fiber).unwrap());
     for theta_o in [0.0, 0.5, -0.9] {
         for h in [-0.9f32, -0.3, 0.0, 0.45, 0.8, 0.99] {

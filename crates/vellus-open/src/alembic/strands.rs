@@ -317,7 +317,7 @@ fn colors(
 /// The parameter that an attribute is, as [`super::write`] writes it.
 fn own_parameter(name: &str) -> Option<Parameter> {
     let name = name.strip_prefix("vellus:")?;
-    Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)
+    Parameter::ALL.into_iter().find(|parameter| parameter.varies() && parameter.name() == name)
 }
 
 /// The values of a parameter. `None` if they do not fit, or one is out of range.

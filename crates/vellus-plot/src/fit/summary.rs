@@ -3,7 +3,7 @@
 use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
-use vellus::Exit;
+use vellus::ScatterExit;
 use vellus_fit::{Estimate, Fit, NOISE_LIKE, Part, Point, Profile, Starts, State};
 use vellus_models::ModelKind;
 
@@ -185,7 +185,7 @@ impl Summary<'_> {
     }
 
     /// How scattered light leaves the fitted fibre, for a model that has more than one way.
-    fn exit(&self) -> Option<Exit> {
+    fn exit(&self) -> Option<ScatterExit> {
         (self.fit.model == ModelKind::Vellus).then_some(self.fit.specimen.fiber.exit)
     }
 
@@ -432,7 +432,7 @@ impl Summary<'_> {
         json!({
             "vellus_version": env!("CARGO_PKG_VERSION"),
             "model": fit.model.name(),
-            "exit": self.exit().map(Exit::name),
+            "exit": self.exit().map(ScatterExit::name),
             "interrupted": fit.interrupted,
             "profiles": profiles,
             "parameters": parameters,

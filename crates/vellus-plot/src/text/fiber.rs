@@ -10,9 +10,10 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
 
 /// A table of the presets, and of the fibres of Yan17 Table 4. All are grey, so one channel is enough.
 pub fn presets() -> String {
-    // All presets are dry, and have the same pigment in the medulla.
-    let is_shown =
-        |p: &Parameter| p.default_value().is_some() && !matches!(p, Parameter::Wet | Parameter::MedullaPigment);
+    // All presets are dry, and have the same pigment in the medulla. The notes say how light leaves them.
+    let is_shown = |p: &Parameter| {
+        p.default_value().is_some() && p.varies() && !matches!(p, Parameter::Wet | Parameter::MedullaPigment)
+    };
     let stored = || Parameter::ALL.into_iter().filter(is_shown);
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
     let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];
@@ -32,15 +33,19 @@ pub fn parameters() -> String {
     let hair = Fiber::hair();
     let mut text = String::new();
     for p in Parameter::ALL {
-        let default =
-            value(p, &hair).map_or(String::new(), |x| format!("; without a preset {:.2}{}", x, p.unit().sign()));
+        let shown = |x: f32| p.word(x).map_or_else(|| format!("{x:.2}{}", p.unit().sign()), str::to_owned);
+        let default = value(p, &hair).map_or(String::new(), |x| format!("; without a preset {}", shown(x)));
         let channels = match p.channels() {
             1 => "",
             2 => "; one number or two",
             _ => "; one number or three",
         };
         text += &format!("{:16} {}\n", p.name(), p.description());
-        text += &format!("{:16} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
+        let values = match p.choices() {
+            [] => format!("in {}{}", p.range(), p.unit().suffix()),
+            words => words.join(" or "),
+        };
+        text += &format!("{:16} {values}{channels}{default}\n", "");
     }
     text + "\nThe colour is one of sigma_ca, reflectance, melanin and hair_reflectance. Single channels are \
             sigma_ca.r,\nsigma_ma.b, eumelanin, pheomelanin and so on.\n"

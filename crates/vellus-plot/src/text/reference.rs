@@ -2,7 +2,7 @@
 
 use super::{Format, align, header, number};
 use serde_json::{Map, json};
-use vellus::{Exit, Lobe};
+use vellus::{Lobe, ScatterExit};
 use vellus_reference::simulate::energies::{Energies, Fate};
 
 /// A simulation of the whole fibre, and the model.
@@ -17,7 +17,7 @@ pub struct Reference {
     /// Seed of the simulation.
     pub seed: u64,
     /// How scattered light leaves the model's fibre.
-    pub exit: Exit,
+    pub exit: ScatterExit,
     /// Energies of the simulation.
     pub simulated: Energies,
     /// Energies of the model's lobes, see [`vellus_models::energies`].
@@ -37,9 +37,9 @@ impl Reference {
             Fate::R => model(&[Lobe::R]),
             Fate::Tt => model(&[Lobe::Tt]),
             Fate::Trt => model(&[Lobe::Trt]),
-            Fate::Higher if self.exit == Exit::Open => model(&[Lobe::Residual]),
-            Fate::Scattered if self.exit == Exit::Open => model(&[Lobe::Tts, Lobe::Trts]),
-            Fate::Scattered => model(&[Lobe::Tts, Lobe::Trts, Lobe::Residual]),
+            Fate::Higher if self.exit == ScatterExit::Open => model(&[Lobe::Rest]),
+            Fate::Scattered if self.exit == ScatterExit::Open => model(&[Lobe::Tts, Lobe::Trts]),
+            Fate::Scattered => model(&[Lobe::Tts, Lobe::Trts, Lobe::Rest]),
             Fate::Higher => None,
             Fate::Guided => None,
         };

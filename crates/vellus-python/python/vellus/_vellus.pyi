@@ -215,6 +215,7 @@ class Bcsdf:
         h: _Reals | None = None,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """f(ω_o, ω_i)·cos θᵢ, RGB.
@@ -223,6 +224,8 @@ class Bcsdf:
         `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
         `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
         broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+        `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+        colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
 
         Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
         Raises `ValueError` that names the number and its range, or shapes that do not fit; `TypeError` for a dtype.
@@ -234,6 +237,7 @@ class Bcsdf:
         wo: _Reals,
         h: _Reals | None = None,
         window: _Window | None = None,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """The density per solid angle with which `sample` draws `wi`. Arguments as for `eval`.
@@ -248,6 +252,7 @@ class Bcsdf:
         h: _Reals | None = None,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> tuple[_Real, _Real]:
         """`eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
@@ -261,6 +266,7 @@ class Bcsdf:
         h: _Reals | None = None,
         *,
         window: _Window | None = None,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> Samples:
         """Draws directions ω_i.
@@ -269,6 +275,8 @@ class Bcsdf:
         `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
         `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
         broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+        `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+        colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
 
         Returns `Samples`: `wi` (..., 3), `pdf` (...), `weight` (..., 3) and `lobe` (...). Where the density underflows,
         nothing is drawn: `wi`, `pdf` and `weight` are 0, and `lobe` is -1.
@@ -280,6 +288,7 @@ class Bcsdf:
         *,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """The share of the light that the fibre scatters, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
@@ -287,6 +296,8 @@ class Bcsdf:
         `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
         `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
         broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+        `parameters`: parameters of the fibre that differ from query to query, by name: arrays of shape (...), and of
+        colours (..., 3). They are broadcast, too. Neighbours with the same parameters share the work of a fibre.
 
         Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
         """
@@ -324,6 +335,7 @@ class Model:
         h: _Reals | None = None,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`."""
@@ -334,6 +346,7 @@ class Model:
         wo: _Reals,
         h: _Reals | None = None,
         window: _Window | None = None,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`."""
@@ -345,6 +358,7 @@ class Model:
         h: _Reals | None = None,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> tuple[_Real, _Real]:
         """Values and densities: two arrays, shapes as of `eval` and `pdf`. Arguments as for `Bcsdf.eval`."""
@@ -355,6 +369,7 @@ class Model:
         h: _Reals | None = None,
         *,
         window: _Window | None = None,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> Samples:
         """Draws directions ω_i: `Samples`. Arguments as for `Bcsdf.sample`."""
@@ -365,6 +380,7 @@ class Model:
         *,
         window: _Window | None = None,
         lobes: bool = False,
+        parameters: Mapping[str, _Reals] | None = None,
         check: bool = True,
     ) -> _Real:
         """The share of the light that is scattered, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for
@@ -599,7 +615,9 @@ class Plot:
 def species() -> list[str]:
     """The names of the presets."""
 def parameters() -> dict[str, dict[str, Any]]:
-    """The table of parameters: name → unit, range, channels, description."""
+    """The table of parameters: name → symbol, unit, range, channels, label, choices (the words, if it is no number),
+    description.
+    """
 def tables() -> dict[str, dict[str, Any]]:
     """The tables of the medulla that ship with the model, as new arrays.
 

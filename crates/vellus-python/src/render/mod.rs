@@ -5,7 +5,7 @@ mod lights;
 mod picture;
 mod run;
 mod scene;
-mod values;
+pub mod values;
 mod world;
 
 use pyo3::prelude::*;

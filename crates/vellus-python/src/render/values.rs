@@ -58,8 +58,8 @@ pub fn varying(parameter: Parameter, given: &Floats, strands: usize, points: usi
 
 /// The parameter with this name.
 pub fn parameter(name: &str) -> PyResult<Parameter> {
-    Parameter::from_name(name).ok_or_else(|| {
-        let known: Vec<&str> = Parameter::ALL.iter().map(|p| p.name()).collect();
+    Parameter::from_name(name).filter(|parameter| parameter.varies()).ok_or_else(|| {
+        let known: Vec<&str> = Parameter::ALL.iter().filter(|p| p.varies()).map(|p| p.name()).collect();
         PyValueError::new_err(format!("parameter {name:?} is unknown: it must be one of {}", known.join(", ")))
     })
 }

@@ -26,7 +26,7 @@ pub use window::PrintedWindow;
 use crate::exact::{Exact, fresnel, wrapped_gaussian};
 use segments::{Medium, Node};
 use std::f64::consts::{PI, TAU};
-use vellus::{Error, Exit, Fiber, TableData};
+use vellus::{Error, Fiber, ScatterExit, TableData};
 
 /// The published model of one fibre: at one offset, or averaged over a [`window`](AsPrinted::window) of offsets.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl<'t> AsPrinted<'t> {
     /// As [`Exact::new`].
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
         // In the paper, all scattered light leaves.
-        let fiber = fiber.in_air().with_exit(Exit::Open);
+        let fiber = fiber.in_air().with_exit(ScatterExit::Open);
         Ok(AsPrinted { fiber, exact: Exact::new(&fiber, tables)? })
     }
 

@@ -1,4 +1,4 @@
-//! D17: the share of scattered light that leaves the fibre, for [`vellus::Exit::Reflecting`].
+//! D17: the share of scattered light that leaves the fibre, for [`vellus::ScatterExit::Reflecting`].
 //!
 //! Light that left the medulla is in one of the states of [`vellus::parts::cell`]. V, the share of it that leaves the
 //! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V, where A is the light that leaves at once,
@@ -270,7 +270,7 @@ impl ExactExit {
     /// # Errors
     /// [`Error::Table`] if the table of first exits is damaged.
     pub fn new(fiber: &Fiber) -> Result<Option<Self>, Error> {
-        if fiber.exit == vellus::Exit::Open || fiber.kappa * fiber.sigma_ms == 0.0 {
+        if fiber.exit == vellus::ScatterExit::Open || fiber.kappa * fiber.sigma_ms == 0.0 {
             return Ok(None);
         }
         let fiber = &fiber.in_air();

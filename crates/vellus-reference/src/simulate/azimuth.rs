@@ -56,7 +56,7 @@ pub fn azimuth_error(fiber: &Fiber, theta_o: f64, h: f64, photons: u64, seed: u6
     Ok(error)
 }
 
-/// The model's TTˢ, TRTˢ and scattered part of the residual lobe in each bin, as a fraction of the light that hits the
+/// The model's TTˢ, TRTˢ and scattered part of the rest lobe in each bin, as a fraction of the light that hits the
 /// fibre, RGB. The arguments are those of [`azimuth_error`].
 ///
 /// # Errors
@@ -65,7 +65,7 @@ pub fn azimuths(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS],
     let bcsdf = Bcsdf::new(fiber)?;
     let hit = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32));
     let energy = hit.energy().0.map(|lobe| lobe.map(f64::from));
-    // The unscattered part of the residual lobe is even in φ. At one offset TRT, and each order after it, is the one
+    // The unscattered part of the rest lobe is even in φ. At one offset TRT, and each order after it, is the one
     // before times F T, so the orders after TRT sum to TRT²/(TT − TRT).
     let higher: [f64; 3] = std::array::from_fn(|c| {
         let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(|lobe| energy[lobe as usize][c]);
@@ -77,7 +77,7 @@ pub fn azimuths(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS],
         for k in 0..WITHIN {
             let light = hit.azimuthal((((bin * WITHIN + k) as f64 + 0.5) * step) as f32).0;
             for c in 0..3 {
-                let lobes = [Lobe::Tts, Lobe::Trts, Lobe::Residual].map(|lobe| f64::from(light[lobe as usize][c]));
+                let lobes = [Lobe::Tts, Lobe::Trts, Lobe::Rest].map(|lobe| f64::from(light[lobe as usize][c]));
                 sum[c] += step * (lobes.iter().sum::<f64>() - higher[c] / TAU);
             }
         }

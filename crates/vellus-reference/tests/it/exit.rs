@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use vellus::parts::{ENTRIES, ExitData, ROWS, SHIPPED_EXITS, STATES, TAU_STEP};
-use vellus::{Bcsdf, Exit, Fiber, Species, Window, grid};
+use vellus::{Bcsdf, Fiber, ScatterExit, Species, Window, grid};
 use vellus_reference::simulate::azimuth::azimuth_error;
 use vellus_reference::simulate::energies::{Offsets, energies};
 use vellus_reference::simulate::exits::first_exits;
@@ -30,7 +30,7 @@ type Kind = fn(Species) -> Fiber;
 /// The presets, and the published fibres with both exits.
 const KINDS: [(&str, Kind); 3] = [
     ("presets", Fiber::preset),
-    ("published, reflecting", |species| Fiber::published(species).with_exit(Exit::Reflecting)),
+    ("published, reflecting", |species| Fiber::published(species).with_exit(ScatterExit::Reflecting)),
     ("published", Fiber::published),
 ];
 

@@ -13,7 +13,7 @@ use crate::geometry::ray::Ray;
 use crate::shading::fibers::Fibers;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
-use vellus::{FiberFrame, Field, Lobe, Lobes, Model, Scattering, Window};
+use vellus::{FiberFrame, Lobe, Lobes, Model, Scattering, Window, WindowSupport};
 
 /// A shadow ray is always traced if its contribution is at least this fraction of the contribution of an isotropic
 /// fibre. Fainter shadow rays are traced with proportional probability. The first number is for fibres that the camera
@@ -77,9 +77,9 @@ pub(super) fn at_fiber<M: Model>(
     let mut made = None;
     let model = fibers.at(geometry, hit, &mut made);
     let window = match model.field() {
-        Field::Near => Window::near(h),
-        Field::Far => Window::far(),
-        Field::Any => window,
+        WindowSupport::Near => Window::near(h),
+        WindowSupport::Far => Window::far(),
+        WindowSupport::Any => window,
     };
     if depth == 0 {
         path.set(Layer::Tangent, &frame.tangent().to_array());

@@ -187,8 +187,7 @@ struct Fibers {
 impl Fibers {
     fn index(&mut self, fiber: &Fiber) -> u32 {
         let values = Parameter::ALL.into_iter().filter_map(|parameter| parameter.get(fiber)).flatten();
-        let exit = u32::from(fiber.exit == vellus::Exit::Open);
-        let key = values.map(f32::to_bits).chain([exit]).collect();
+        let key = values.map(f32::to_bits).collect();
         let all = &mut self.all;
         *self.found.entry(key).or_insert_with(|| {
             all.push(*fiber);

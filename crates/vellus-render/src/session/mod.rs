@@ -20,6 +20,7 @@ mod picture;
 mod store;
 mod text;
 
+pub use crate::error::Rescue;
 pub use crate::film::attributes::camera_notes;
 pub use event::Event;
 pub use frames::Frames;
@@ -30,7 +31,7 @@ pub use job::{Job, Outcome};
 pub use merge::{Merge, Merged};
 pub use notes::fiber_notes;
 pub use picture::{BACKGROUND_NOTE, Denoise, Picture, SAMPLES_NOTE, end_notes, is_finished};
-pub use store::{Found, Rescue, Store, read_film, write_film};
+pub use store::{Found, Store, read_film, write_film};
 
 use crate::error::Error;
 use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};

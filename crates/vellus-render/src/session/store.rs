@@ -1,7 +1,7 @@
 //! The checkpoint file of one picture, and films that were rescued when it could not be written.
 
 use super::text::Chain;
-use crate::error::Error;
+use crate::error::{Error, Rescue};
 use crate::film::checkpoint::Checkpoint;
 use std::io::ErrorKind;
 use std::ops::Range;
@@ -28,17 +28,6 @@ pub struct Found {
     pub rescued: Option<PathBuf>,
     /// Rescued films that cannot be read, and why.
     pub unreadable: Vec<Error>,
-}
-
-/// Where the samples are after their picture could not be written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Rescue {
-    /// All of them are in this film.
-    Saved(PathBuf),
-    /// Only those of the last checkpoint are left.
-    LastCheckpoint(PathBuf),
-    /// They are lost, and why.
-    Lost(String),
 }
 
 impl Store {

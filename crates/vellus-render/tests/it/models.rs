@@ -21,7 +21,7 @@ fn fiber() -> Fiber {
         sigma_ms: 0.8,
         g: 0.4,
         layers: 1.5,
-        exit: vellus::Exit::default(),
+        exit: vellus::ScatterExit::default(),
         medulla_pigment: 0.3,
         wet: 0.0,
         reflectance: None,

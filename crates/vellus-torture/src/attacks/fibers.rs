@@ -5,7 +5,7 @@ use crate::dice::Dice;
 use crate::trial::{Stop, Trial};
 use glam::{Quat, Vec3};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Lobes, Window};
+use vellus::{Bcsdf, Fiber, Lobe, Lobes, ScatterExit, Window};
 use wide::f32x8;
 
 /// The amount by which a near-field weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
@@ -137,7 +137,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         sigma_ms: sigma(dice),
         sigma_ma: std::array::from_fn(|_| sigma(dice)),
         g: value(dice, 0.0, 0.95),
-        exit: if dice.chance(0.5) { Exit::Open } else { Exit::Reflecting },
+        exit: if dice.chance(0.5) { ScatterExit::Open } else { ScatterExit::Reflecting },
         layers: if dice.chance(0.5) { value(dice, 0.0, 20.0) } else { value(dice, 0.0, 2.0) },
         medulla_pigment: Fiber::hair().medulla_pigment,
         wet: 0.0,

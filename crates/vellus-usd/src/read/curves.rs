@@ -288,7 +288,7 @@ type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
 /// Parameters of the fibre from `primvars:vellus:KEY`, or from the primvar that the shader reads.
 fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook, base: When) -> Result<Varying, Error> {
     let mut varying = Vec::new();
-    for parameter in Parameter::ALL {
+    for parameter in Parameter::ALL.into_iter().filter(|parameter| parameter.varies()) {
         let ours = format!("{PRIMVARS}{}", parameter.name());
         let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
         for name in std::iter::once(ours).chain(theirs) {

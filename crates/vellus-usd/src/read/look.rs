@@ -102,15 +102,18 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<Shaded, E
         base = Fiber::named(&preset.unwrap_or_default()).map_err(out_of_range)?;
     }
     let mut fiber = FiberBuilder::new(base);
-    if let Input::Value(at) = input(reader.stage, prim, "inputs:exit")? {
-        let exit = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
-        fiber.set_exit(exit.unwrap_or_default().parse().map_err(out_of_range)?);
-    }
     pigments(reader, prim, &mut fiber)?;
     let (mut textured, mut primvars) = (Vec::new(), Vec::new());
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let source = input(reader.stage, prim, &name)?;
+        if !parameter.choices().is_empty() {
+            if let Input::Value(at) = source {
+                let word = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
+                fiber.set_word(parameter.name(), &word.unwrap_or_default()).map_err(out_of_range)?;
+            }
+            continue;
+        }
         // If an input has a connection and a value, the value applies where the connection gives none.
         let constant = match &source {
             Input::Unset => None,

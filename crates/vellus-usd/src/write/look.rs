@@ -19,11 +19,14 @@ pub(crate) fn look(out: &mut dyn Encoder, look: &Look, names: &mut Names) -> io:
     out.connect("token outputs:vellus:surface", &format!("{path}/Fur.outputs:surface"))?;
     out.open("Shader", "Fur", Role::Plain)?;
     out.set("uniform token info:id", &Token(SHADER))?;
-    out.set("token inputs:exit", &Token(&look.fiber.exit.to_string()))?;
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let kind = if parameter.channels() > 1 { "color3f" } else { "float" };
         if let Some(value) = parameter.get(&look.fiber).filter(|_| parameter.describes(&look.fiber)) {
+            if let Some(word) = parameter.word(value[0]) {
+                out.set(&format!("token {name}"), &Token(word))?;
+                continue;
+            }
             let value = to_file(parameter, value);
             let value: &dyn Value = if parameter.channels() > 1 { &value } else { &value[0] };
             out.set(&format!("{kind} {name}"), value)?;

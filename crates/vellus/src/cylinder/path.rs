@@ -4,7 +4,8 @@
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
 use crate::exit::Entry;
 use crate::fiber::Fiber;
-use crate::fiber::exit::Exit;
+use crate::fiber::exit::ScatterExit;
+use crate::lobe::Component;
 use crate::simd::lanes::{Lanes, Quad};
 
 /// The path of light that entered the fibre at offset h. Lengths are in fibre radii.
@@ -35,12 +36,6 @@ pub(crate) struct Path<V> {
     /// cos γ_o and cos γ_t.
     pub cosines: [V; 2],
 }
-
-/// The components of light that leaves the fibre: the six lobes, and [`DIFFUSE`].
-pub(crate) const COMPONENTS: usize = 7;
-
-/// The second part of the residual lobe: scattered light that the cuticle reflected before it left.
-pub(crate) const DIFFUSE: usize = 6;
 
 impl<V: Lanes> Path<V> {
     /// D2: the elongation and η′ use θ_o, not the paper's half angle θ_d. This is the true path inside the fibre, and
@@ -79,8 +74,8 @@ impl<V: Lanes> Path<V> {
         let [cos_gamma_t, s_m, ..] = roots.sqrt().array();
         // The cosine of asin h″ is s_m/κ.
         let (sin, cos) = match fiber.exit {
-            Exit::Open => (sin_o, cos_o),
-            Exit::Reflecting => (sin_t, cos_t),
+            ScatterExit::Open => (sin_o, cos_o),
+            ScatterExit::Reflecting => (sin_t, cos_t),
         };
         let y = V::Quad::new([h, h_inside, h_inside, sin]);
         let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos]);
@@ -129,11 +124,11 @@ impl<V: Lanes> Path<V> {
         [first, [-cos, -sin], times(first, [cos_medulla, -h_medulla])]
     }
 
-    /// A(h) of the components in RGB and a spare channel: the lobes in the order of [`crate::Lobe`], then [`DIFFUSE`].
+    /// A(h) of the components in RGB and a spare channel: in the order of [`Component`].
     /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. An `entry` replaces it.
     #[doc(alias = "Table 3")]
     #[inline(always)]
-    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; COMPONENTS] {
+    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT] {
         let one = V::splat(1.0);
         let quad = V::Quad::splat;
         let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
@@ -216,8 +211,8 @@ pub(crate) fn angles<V: Lanes>(h: V, inverse_eta: V) -> [V; 2] {
 /// It is proportional to the largest channel. No channel of a sample's weight then exceeds the sum of the largest
 /// channels, which is at most 1.
 #[inline(always)]
-pub(crate) fn probabilities<V: Lanes>(attenuation: &[V::Quad; COMPONENTS]) -> [V; COMPONENTS] {
-    let mut probability = [V::splat(0.0); COMPONENTS];
+pub(crate) fn probabilities<V: Lanes>(attenuation: &[V::Quad; Component::COUNT]) -> [V; Component::COUNT] {
+    let mut probability = [V::splat(0.0); Component::COUNT];
     let mut sum = V::splat(f32::MIN_POSITIVE);
     for (p, a) in probability.iter_mut().zip(attenuation) {
         let [r, g, b, _] = a.array();

@@ -23,7 +23,7 @@ pub(crate) fn sample(u: [f32; 2]) -> (f32, f32) {
     (sin, ((1.0 - sin) * (1.0 + sin)).max(0.0).sqrt())
 }
 
-/// Whether the diffuse part of the residual lobe is drawn, given the probabilities of both parts, and a new uniform
+/// Whether the diffuse part of the rest lobe is drawn, given the probabilities of both parts, and a new uniform
 /// number.
 #[inline(always)]
 pub(crate) fn choose([diffuse, other]: [f32; 2], u: f32) -> (bool, f32) {

@@ -1,4 +1,4 @@
-//! How much of the light that the medulla scattered leaves the fibre (D17): [`crate::Exit::Reflecting`].
+//! How much of the light that the medulla scattered leaves the fibre (D17): [`crate::ScatterExit::Reflecting`].
 //!
 //! Scattered light that meets the cuticle from inside is partly reflected, crosses the cortex and the medulla again,
 //! and may be scattered again. V is the share of light in a [state](states) that leaves in the end. The medulla

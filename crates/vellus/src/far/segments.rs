@@ -9,31 +9,17 @@
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, angles, exit_azimuth};
+use crate::cylinder::path::{Path, angles, exit_azimuth};
 use crate::exit::Entry;
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
-use crate::fiber::Fiber;
+use crate::lobe::{Component, DIFFUSE};
 use crate::medulla::{MeanPaths, Pass};
 use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
-
-/// Whether a window of this fibre needs more segments than one chain per side.
-///
-/// There are three reasons. If the lobes are narrower than the azimuths of a segment, the shape of the segment's
-/// density is visible. Near η = 1, light only changes its direction close to the silhouette, within √(η² − 1) of it. If
-/// the fibre or its medulla absorbs much in one channel, light of that channel only leaves close to the silhouette or
-/// to the medulla's edge. No preset, and no hair with a eumelanin concentration of up to 8, exceeds the limits.
-pub(crate) fn needs_more(fiber: &Fiber) -> bool {
-    let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
-    fiber.beta_n < 0.02
-        || fiber.eta < 1.15
-        || absorbs(fiber.sigma_ca, 12.0)
-        || absorbs(fiber.sigma_ma.map(|sigma| sigma * fiber.kappa), 1.0)
-}
 
 /// RGB and the largest channel, which sampling uses, eight of each.
 pub(crate) type Channels = [f32x8; 4];
@@ -185,15 +171,15 @@ pub(crate) fn attenuation(
     prepared: &Prepared,
     path: &Path<f32x8>,
     through: Option<&Through>,
-) -> [Channels; COMPONENTS] {
+) -> [Channels; Component::COUNT] {
     let entry = through.and_then(|through| through.entry.as_ref());
     let mean_paths = match through {
         Some(through) if entry.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
         _ => f32x8::ZERO,
     };
     let a = path.attenuation(&prepared.in_air, mean_paths, entry);
-    let mut out = [[f32x8::ZERO; 4]; COMPONENTS];
-    for p in 0..COMPONENTS {
+    let mut out = [[f32x8::ZERO; 4]; Component::COUNT];
+    for p in 0..Component::COUNT {
         let [r, g, b, _] = a[p].array();
         out[p] = [r, g, b, r.fast_max(g).fast_max(b)];
     }
@@ -241,7 +227,7 @@ impl Half {
         nodes: &Nodes,
         signs: &[f32],
         scale: f32,
-    ) -> ([f32x4; COMPONENTS], [f32; 2]) {
+    ) -> ([f32x4; Component::COUNT], [f32; 2]) {
         self.count = signs.len();
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
@@ -249,8 +235,8 @@ impl Half {
         let paths = nodes.gauss.map(|h| Path::new(&prepared.in_air, sin, cos, h));
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
-        let mut energy = [f32x4::ZERO; COMPONENTS];
-        for p in 0..COMPONENTS {
+        let mut energy = [f32x4::ZERO; Component::COUNT];
+        for p in 0..Component::COUNT {
             let mut shares = [f32x8::ZERO; 4];
             for c in 0..4 {
                 shares[c] = weights[0] * a[0][p][c] + weights[1] * a[1][p][c];

@@ -2,13 +2,13 @@
 
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::{COMPONENTS, DIFFUSE, inverse_eta};
+use crate::cylinder::path::inverse_eta;
 use crate::exit::diffuse;
 use crate::exit::turn::Turn;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
 use crate::far::points::Points;
 use crate::far::segments::{self, Half, Through};
-use crate::lobe::{Lobe, Lobes, Sample};
+use crate::lobe::{Component, DIFFUSE, Lobe, Lobes, Sample};
 use crate::medulla::Inclination;
 use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
@@ -26,7 +26,7 @@ pub(crate) struct WindowState {
     centres: Centres<f32>,
     inclination: Inclination,
     /// A of the components, RGB and the largest channel, averaged over the window.
-    energy: [f32x4; COMPONENTS],
+    energy: [f32x4; Component::COUNT],
     /// 1 over the sum of the largest channels, which sampling uses.
     inverse: f32,
     halves: [Option<Half>; PIECES],
@@ -45,7 +45,7 @@ impl WindowState {
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             centres: prepared.longitudinal.centres(polar.sin, polar.cos),
             inclination: Inclination::NONE,
-            energy: [f32x4::ZERO; COMPONENTS],
+            energy: [f32x4::ZERO; Component::COUNT],
             inverse: 0.0,
             halves: [None; PIECES],
             points: Points::none(),
@@ -92,7 +92,7 @@ impl WindowState {
             let half = half.insert(Half::NONE);
             let (energy, [along, across]) = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
             late = [late[0] + along, late[1] + signs[*side].iter().sum::<f32>() * across];
-            (0..COMPONENTS).for_each(|p| self.energy[p] += energy[p]);
+            (0..Component::COUNT).for_each(|p| self.energy[p] += energy[p]);
         }
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
@@ -102,18 +102,19 @@ impl WindowState {
         self.later = Turn { a: late.map(|x| -x / light) };
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
-            let scattered = [self.energy[3], self.energy[4]];
-            [self.energy[3], self.energy[4]] = self.points.prepare(prepared, polar, through, both, scattered);
+            let [first, second] = Component::SCATTERED.map(|component| component as usize);
+            let scattered = [self.energy[first], self.energy[second]];
+            [self.energy[first], self.energy[second]] = self.points.prepare(prepared, polar, through, both, scattered);
         }
         self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
     }
 
     /// A of the six lobes.
     #[inline(always)]
-    fn lobe_energies(&self) -> [f32x4; 6] {
-        let mut lobes = [f32x4::ZERO; 6];
-        (0..6).for_each(|p| lobes[p] = self.energy[p]);
-        lobes[Lobe::Residual as usize] += self.energy[DIFFUSE];
+    fn lobe_energies(&self) -> [f32x4; Lobe::COUNT] {
+        let mut lobes = [f32x4::ZERO; Lobe::COUNT];
+        (0..Lobe::COUNT).for_each(|p| lobes[p] = self.energy[p]);
+        lobes[Lobe::Rest as usize] += self.energy[DIFFUSE];
         lobes
     }
 }
@@ -144,7 +145,7 @@ impl<'a> WindowHit<'a> {
         Lobes(self.lobe_energies().map(rgb))
     }
 
-    pub fn lobe_probabilities(self) -> [f32; 6] {
+    pub fn lobe_probabilities(self) -> [f32; Lobe::COUNT] {
         self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
@@ -162,7 +163,7 @@ impl<'a> WindowHit<'a> {
 
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
-    fn lobes(self, (o, [cos, sin]): &(Outgoing<f32>, [f32; 2])) -> [f32x4; 6] {
+    fn lobes(self, (o, [cos, sin]): &(Outgoing<f32>, [f32; 2])) -> [f32x4; Lobe::COUNT] {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
@@ -182,7 +183,7 @@ impl<'a> WindowHit<'a> {
 
     /// A of the components, RGB and the largest channel.
     #[cfg(feature = "unstable")]
-    pub fn component_energies(self) -> [f32x4; COMPONENTS] {
+    pub fn component_energies(self) -> [f32x4; Component::COUNT] {
         self.energy
     }
 
@@ -200,7 +201,7 @@ impl<'a> WindowHit<'a> {
 
     /// The six lobes at azimuth φ, with its cosine and its sine, given their longitudinal parts.
     #[inline(always)]
-    fn around(self, [phi, cos, sin]: [f32; 3], m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
+    fn around(self, [phi, cos, sin]: [f32; 3], m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; Lobe::COUNT] {
         let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
         for half in self.halves.iter().map_while(Option::as_ref) {
@@ -211,7 +212,8 @@ impl<'a> WindowHit<'a> {
         let [tts, trts] = self.points.eval(&prepared.medulla, [phi, cos, sin], c_m);
         let later = self.later.of_uniform([cos, sin]);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
-        let rest = times(self.energy[5], m[3] / TAU) + times(self.energy[DIFFUSE], later * m_diffuse / TAU);
+        let rest = times(self.energy[Component::Rest as usize], m[3] / TAU)
+            + times(self.energy[DIFFUSE], later * m_diffuse / TAU);
         [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, rest]
     }
 
@@ -229,14 +231,14 @@ impl<'a> WindowHit<'a> {
     }
 
     /// [`WindowHit::lobes`] of eight directions.
-    fn lobes8(self, (o, around): &(Outgoing<f32x8>, [f32x8; 2])) -> [[f32x8; 4]; 6] {
+    fn lobes8(self, (o, around): &(Outgoing<f32x8>, [f32x8; 2])) -> [[f32x8; 4]; Lobe::COUNT] {
         let medulla = &self.prepared.medulla;
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
         let transmittance = medulla.transmittance(o.sin_i).to_array();
         let (theta_i, phi, cos_i) = (o.theta_i.to_array(), o.phi.to_array(), o.cos_i.to_array());
         let [cos, sin] = around.map(f32x8::to_array);
-        let mut lobes = [[[0.0; 8]; 4]; 6];
+        let mut lobes = [[[0.0; 8]; 4]; Lobe::COUNT];
         for i in 0..8 {
             let c_m = if medulla.exists() { self.scattered(theta_i[i], transmittance[i]) } else { [0.0; 2] };
             let one = self.around([phi[i], cos[i], sin[i]], m.map(|m| m[i]), c_m, diffuse::longitudinal(cos_i[i]));
@@ -262,8 +264,8 @@ impl<'a> WindowHit<'a> {
             }
             Lobe::Tts => scattered(0),
             Lobe::Trts => scattered(1),
-            Lobe::Residual => {
-                let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.energy[p].to_array()[3]);
+            Lobe::Rest => {
+                let parts = [DIFFUSE, Lobe::Rest as usize].map(|p| self.energy[p].to_array()[3]);
                 let (is_diffuse, u3) = diffuse::choose(parts, u[3]);
                 let even = TAU * u3;
                 match is_diffuse {
@@ -302,6 +304,6 @@ fn rgb(channels: f32x4) -> [f32; 3] {
 }
 
 #[inline(always)]
-fn sum(lobes: &[f32x4; 6]) -> f32x4 {
+fn sum(lobes: &[f32x4; Lobe::COUNT]) -> f32x4 {
     (lobes[0] + lobes[1]) + (lobes[2] + lobes[3]) + (lobes[4] + lobes[5])
 }

@@ -4,7 +4,6 @@ use crate::coat::CoatColors;
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::fiber::color::Color;
-use crate::fiber::exit::Exit;
 use crate::fiber::parameter::Parameter;
 use std::fmt;
 
@@ -14,7 +13,7 @@ use std::fmt;
 /// second colour. Later values of the same parameter replace earlier ones.
 ///
 /// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, a name of
-/// [`Fiber::named`] ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are
+/// [`Fiber::named`] ([`Fiber::hair`] without one). `exit` is a word ([`Parameter::choices`]). Unknown names are
 /// errors. Ranges are only checked by [`FiberBuilder::build`].
 ///
 /// ```
@@ -36,13 +35,12 @@ pub struct FiberBuilder {
     base: Fiber,
     /// In the units of a fibre, indexed by parameter.
     values: [Option<[f32; 3]>; Parameter::ALL.len()],
-    exit: Option<Exit>,
 }
 
 impl FiberBuilder {
     /// A builder without values. It builds `base`.
     pub fn new(base: Fiber) -> Self {
-        FiberBuilder { base, values: [None; Parameter::ALL.len()], exit: None }
+        FiberBuilder { base, values: [None; Parameter::ALL.len()] }
     }
 
     /// Sets a parameter by its name ([`Parameter::parse`]) to numbers in the units of files: angles in degrees. One
@@ -52,11 +50,7 @@ impl FiberBuilder {
     /// [`Error::UnknownParameter`] or [`Error::Channels`]. Ranges are checked by [`FiberBuilder::build`].
     pub fn set(&mut self, name: &str, numbers: &[f32]) -> Result<(), Error> {
         let (parameter, channel) = Parameter::parse(name).ok_or_else(|| unknown(name))?;
-        let expected = match (channel, parameter.channels()) {
-            (Some(_), _) | (None, 1) => "one number",
-            (None, 2) => "one number or two",
-            (None, _) => "one number or three",
-        };
+        let expected = channel.map_or_else(|| expected(parameter), |_| "one number");
         let stored = |x: f32| parameter.unit().to_stored(x);
         let value = match (channel, numbers) {
             (Some(channel), &[x]) => {
@@ -80,9 +74,18 @@ impl FiberBuilder {
         self.values[parameter as usize] = Some(value);
     }
 
-    /// Sets how scattered light leaves the fibre.
-    pub fn set_exit(&mut self, exit: Exit) {
-        self.exit = Some(exit);
+    /// Sets a parameter by its name to a word: a choice, such as `exit` to `open`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownParameter`], [`Error::UnknownName`] for an unknown word, or [`Error::NoWord`] for a parameter
+    /// that takes numbers.
+    pub fn set_word(&mut self, name: &str, word: &str) -> Result<(), Error> {
+        let (parameter, _) = Parameter::parse(name).ok_or_else(|| unknown(name))?;
+        if parameter.choices().is_empty() {
+            return Err(Error::NoWord { name: name.to_owned(), expected: expected(parameter) });
+        }
+        self.set_value(parameter, [parameter.value_of(word)?; 3]);
+        Ok(())
     }
 
     /// The colour, if one was given.
@@ -121,7 +124,7 @@ impl FiberBuilder {
     /// [`Error::ColorTwice`] for a second colour, [`Error::OutOfRange`] for a value out of range.
     pub fn build(&self) -> Result<Fiber, Error> {
         let recolored = self.color()?.is_some();
-        let mut fiber = Fiber { exit: self.exit.unwrap_or(self.base.exit), ..self.base };
+        let mut fiber = self.base;
         self.given().try_for_each(|(parameter, value)| parameter.set(&mut fiber, value))?;
         // The base keeps its colour if other parameters change.
         if let (Some(color), false) = (fiber.reflectance, recolored || *self == FiberBuilder::new(self.base)) {
@@ -164,6 +167,15 @@ impl Default for FiberBuilder {
     /// Builds [`Fiber::hair`].
     fn default() -> Self {
         FiberBuilder::new(Fiber::hair())
+    }
+}
+
+/// The numbers that a parameter takes, in words.
+fn expected(parameter: Parameter) -> &'static str {
+    match parameter.channels() {
+        1 => "one number",
+        2 => "one number or two",
+        _ => "one number or three",
     }
 }
 
@@ -257,6 +269,11 @@ mod tests {
         assert_eq!(error(&[("sigma_ca", &[0.1; 2])]), "sigma_ca takes one number or three, not 2");
         assert_eq!(error(&[("sigma_ca.r", &[0.1; 2])]), "sigma_ca.r takes one number, not 2");
         assert_eq!(error(&[("melanin", &[])]), "melanin takes one number or two, not 0");
+        let mut builder = FiberBuilder::default();
+        let mut word = |name, word| builder.set_word(name, word).unwrap_err().to_string();
+        assert_eq!(word("exit", "closed"), "unknown exit 'closed': known are open, reflecting");
+        assert_eq!(word("kappa", "thin"), "kappa takes one number, not a word");
+        assert!(word("colour", "red").contains("unknown parameter 'colour'"));
         assert!(error(&[("melanin", &[1.0]), ("reflectance", &[0.5])]).contains("by reflectance and by melanin"));
         assert!(error(&[("kappa", &[1.0])]).contains("kappa = 1 is out of range: it must be in [0, 0.99]"));
     }

@@ -11,7 +11,7 @@ mod wet;
 
 use crate::error::Error;
 use crate::fiber::color::Color;
-use crate::fiber::exit::Exit;
+use crate::fiber::exit::ScatterExit;
 use crate::fiber::parameter::Parameter;
 use crate::fiber::species::Species;
 
@@ -64,7 +64,7 @@ pub struct Fiber {
     /// The share of water in what surrounds the fibre, in [0, 1]: [`Fiber::in_air`]. Colours are those of dry fur.
     pub wet: f32,
     /// How light that the medulla scattered leaves the fibre.
-    pub exit: Exit,
+    pub exit: ScatterExit,
     /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
     /// as melanin. The scattering of light does not depend on it.
     pub medulla_pigment: f32,
@@ -80,7 +80,7 @@ pub struct Fiber {
 const MEDULLA_PIGMENT: f32 = 0.3;
 
 impl Fiber {
-    /// The fibre of a species, with [`Exit::Reflecting`]. Its absorption is grey, as in Table 4.
+    /// The fibre of a species, with [`ScatterExit::Reflecting`]. Its absorption is grey, as in Table 4.
     ///
     /// It is no fit to a measurement: we had no access to the measurements. κ, g, and absorption and scattering are
     /// fitted to the far field of [`Fiber::published`] at three inclinations, and to the brightness of coats with other
@@ -89,7 +89,7 @@ impl Fiber {
         species.fitted()
     }
 
-    /// The fit of Yan17 Table 4 for a species: for the paper's model, [`Exit::Open`], and for earlier models.
+    /// The fit of Yan17 Table 4 for a species: for the paper's model, [`ScatterExit::Open`], and for earlier models.
     #[doc(alias = "Table 4")]
     pub fn published(species: Species) -> Self {
         species.published()
@@ -99,7 +99,7 @@ impl Fiber {
     /// [`Fiber::published`].
     ///
     /// # Errors
-    /// [`Error::UnknownPreset`].
+    /// [`Error::UnknownName`].
     pub fn named(name: &str) -> Result<Self, Error> {
         Species::named(name)
     }
@@ -119,7 +119,7 @@ impl Fiber {
             g: 0.0,
             layers: 0.5,
             wet: 0.0,
-            exit: Exit::default(),
+            exit: ScatterExit::default(),
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,
         }
@@ -152,7 +152,7 @@ impl Fiber {
     }
 
     /// The same fibre with another way for scattered light to leave it.
-    pub fn with_exit(self, exit: Exit) -> Self {
+    pub fn with_exit(self, exit: ScatterExit) -> Self {
         Fiber { exit, ..self }
     }
 
@@ -168,5 +168,20 @@ impl Fiber {
     /// degrees.
     pub fn validate(&self) -> Result<(), Error> {
         Parameter::ALL.into_iter().try_for_each(|parameter| parameter.get(self).map_or(Ok(()), |x| parameter.check(x)))
+    }
+
+    /// Whether a window of this fibre needs more segments than one chain per side.
+    ///
+    /// There are three reasons. If the lobes are narrower than the azimuths of a segment, the shape of the segment's
+    /// density is visible. Near η = 1, light only changes its direction close to the silhouette, within √(η² − 1) of
+    /// it. If the fibre or its medulla absorbs much in one channel, light of that channel only leaves close to the
+    /// silhouette or to the medulla's edge. No preset, and no hair with a eumelanin concentration of up to 8, exceeds
+    /// the limits.
+    pub(crate) fn needs_fine_windows(&self) -> bool {
+        let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
+        self.beta_n < 0.02
+            || self.eta < 1.15
+            || absorbs(self.sigma_ca, 12.0)
+            || absorbs(self.sigma_ma.map(|sigma| sigma * self.kappa), 1.0)
     }
 }

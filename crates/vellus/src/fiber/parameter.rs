@@ -3,6 +3,7 @@
 use crate::error::{Error, shortest};
 use crate::fiber::Fiber;
 use crate::fiber::color::Color;
+use crate::fiber::exit::ScatterExit;
 use std::fmt;
 
 /// A parameter of a fibre (Yan17 Table 1), or another way to give its colour.
@@ -46,6 +47,8 @@ pub enum Parameter {
     Wet,
     /// Absorption in the medulla over that in the cortex, for colours, [`Fiber::medulla_pigment`].
     MedullaPigment,
+    /// The exit of scattered light, [`Fiber::exit`]: a choice. Its number is the place in [`ScatterExit::ALL`].
+    Exit,
     /// Absorption from the colour of a coat, RGB ([`Color::Reflectance`]).
     Reflectance,
     /// Absorption from the concentrations of eumelanin and pheomelanin, in this order ([`Color::Melanin`]).
@@ -57,7 +60,7 @@ pub enum Parameter {
 /// The unit of a parameter in files and options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Unit {
+pub enum ParameterUnit {
     /// A plain number.
     One,
     /// An angle in degrees. [`Fiber`] stores it in radians.
@@ -66,42 +69,42 @@ pub enum Unit {
     PerRadius,
 }
 
-impl Unit {
+impl ParameterUnit {
     /// The unit after a number, in words: `" degrees"`, `" per fibre radius"` or nothing.
     pub fn suffix(self) -> &'static str {
         match self {
-            Unit::One => "",
-            Unit::Degrees => " degrees",
-            Unit::PerRadius => " per fibre radius",
+            ParameterUnit::One => "",
+            ParameterUnit::Degrees => " degrees",
+            ParameterUnit::PerRadius => " per fibre radius",
         }
     }
 
     /// The unit as a sign after a number in a table: `°` or nothing.
     pub fn sign(self) -> &'static str {
-        if self == Unit::Degrees { "°" } else { "" }
+        if self == ParameterUnit::Degrees { "°" } else { "" }
     }
 
     /// A number of a file in the unit that [`Fiber`] stores: radians for an angle.
     pub fn to_stored(self, x: f32) -> f32 {
-        if self == Unit::Degrees { x.to_radians() } else { x }
+        if self == ParameterUnit::Degrees { x.to_radians() } else { x }
     }
 
     /// A number that [`Fiber`] stores in the unit of files: degrees for an angle.
     pub fn from_stored(self, x: f32) -> f32 {
-        if self == Unit::Degrees { x.to_degrees() } else { x }
+        if self == ParameterUnit::Degrees { x.to_degrees() } else { x }
     }
 }
 
 /// The values that a parameter may have: all numbers from `low` to `high`, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
+pub struct ParameterRange {
     /// The smallest value.
     pub low: f64,
     /// The largest value.
     pub high: f64,
 }
 
-impl Range {
+impl ParameterRange {
     /// Whether a value is in the range. The ends are rounded to single precision first, so that `0.99_f32` is in [0,
     /// 0.99].
     pub fn contains(&self, x: f32) -> bool {
@@ -120,7 +123,7 @@ impl Range {
     }
 }
 
-impl fmt::Display for Range {
+impl fmt::Display for ParameterRange {
     /// As `[0, 0.99]`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "[{}, {}]", self.low, self.high)
@@ -132,9 +135,11 @@ struct Row {
     parameter: Parameter,
     name: &'static str,
     symbol: &'static str,
-    unit: Unit,
-    range: Range,
+    label: &'static str,
+    unit: ParameterUnit,
+    range: ParameterRange,
     channels: &'static [&'static str],
+    choices: &'static [&'static str],
     description: &'static str,
 }
 
@@ -143,47 +148,59 @@ const RGB: &[&str] = &["r", "g", "b"];
 const MELANIN: &[&str] = &["eumelanin", "pheomelanin"];
 
 const fn row(
-    (parameter, name, symbol): (Parameter, &'static str, &'static str),
-    (unit, [low, high]): (Unit, [f64; 2]),
+    (parameter, name, symbol, label): (Parameter, &'static str, &'static str, &'static str),
+    (unit, [low, high]): (ParameterUnit, [f64; 2]),
     channels: &'static [&'static str],
     description: &'static str,
 ) -> Row {
-    Row { parameter, name, symbol, unit, range: Range { low, high }, channels, description }
+    let range = ParameterRange { low, high };
+    Row { parameter, name, symbol, label, unit, range, channels, choices: &[], description }
+}
+
+const fn choice(
+    (parameter, name, label): (Parameter, &'static str, &'static str),
+    choices: &'static [&'static str],
+    description: &'static str,
+) -> Row {
+    let last = (choices.len() - 1) as f64;
+    Row { choices, ..row((parameter, name, name, label), (ParameterUnit::One, [0.0, last]), NUMBER, description) }
 }
 
 /// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on all others.
 #[rustfmt::skip]
 #[doc(alias = "Table 1")]
-const TABLE: [Row; 15] = [
-    row((Parameter::Kappa, "kappa", "κ"), (Unit::One, [0.0, 0.99]), NUMBER,
+const TABLE: [Row; 16] = [
+    row((Parameter::Kappa, "kappa", "κ", "Medulla radius"), (ParameterUnit::One, [0.0, 0.99]), NUMBER,
         "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
-    row((Parameter::Eta, "eta", "η"), (Unit::One, [1.0, 3.0]), NUMBER,
+    row((Parameter::Eta, "eta", "η", "Refractive index"), (ParameterUnit::One, [1.0, 3.0]), NUMBER,
         "refractive index of cortex and medulla"),
-    row((Parameter::Alpha, "alpha", "α"), (Unit::Degrees, [-45.0, 45.0]), NUMBER,
+    row((Parameter::Alpha, "alpha", "α", "Highlight shift"), (ParameterUnit::Degrees, [-45.0, 45.0]), NUMBER,
         "shift of the R highlight toward the root: 2δ at h = 0 for scales tilted by δ, about 1.33δ in the far field"),
-    row((Parameter::BetaM, "beta_m", "β_m"), (Unit::Degrees, [0.1, 90.0]), NUMBER,
+    row((Parameter::BetaM, "beta_m", "β_m", "Roughness along"), (ParameterUnit::Degrees, [0.1, 90.0]), NUMBER,
         "longitudinal roughness, a standard deviation"),
-    row((Parameter::BetaN, "beta_n", "β_n"), (Unit::Degrees, [0.1, 90.0]), NUMBER,
+    row((Parameter::BetaN, "beta_n", "β_n", "Roughness around"), (ParameterUnit::Degrees, [0.1, 90.0]), NUMBER,
         "azimuthal roughness, a standard deviation"),
-    row((Parameter::SigmaCa, "sigma_ca", "σ_ca"), (Unit::PerRadius, [0.0, 1000.0]), RGB,
+    row((Parameter::SigmaCa, "sigma_ca", "σ_ca", "Cortex absorption"), (ParameterUnit::PerRadius, [0.0, 1000.0]), RGB,
         "absorption in the cortex"),
-    row((Parameter::SigmaMs, "sigma_ms", "σ_ms"), (Unit::PerRadius, [0.0, 1000.0]), NUMBER,
+    row((Parameter::SigmaMs, "sigma_ms", "σ_ms", "Medulla scattering"), (ParameterUnit::PerRadius, [0.0, 1000.0]), NUMBER,
         "scattering in the medulla"),
-    row((Parameter::SigmaMa, "sigma_ma", "σ_ma"), (Unit::PerRadius, [0.0, 1000.0]), RGB,
+    row((Parameter::SigmaMa, "sigma_ma", "σ_ma", "Medulla absorption"), (ParameterUnit::PerRadius, [0.0, 1000.0]), RGB,
         "absorption in the medulla"),
-    row((Parameter::G, "g", "g"), (Unit::One, [0.0, 0.95]), NUMBER,
+    row((Parameter::G, "g", "g", "Anisotropy"), (ParameterUnit::One, [0.0, 0.95]), NUMBER,
         "anisotropy of the scattering in the medulla (Henyey–Greenstein)"),
-    row((Parameter::Layers, "layers", "l"), (Unit::One, [0.0, 20.0]), NUMBER,
+    row((Parameter::Layers, "layers", "l", "Cuticle layers"), (ParameterUnit::One, [0.0, 20.0]), NUMBER,
         "layers of the cuticle; 0.5 is nearly one dielectric interface"),
-    row((Parameter::Wet, "wet", "wet"), (Unit::One, [0.0, 1.0]), NUMBER,
+    row((Parameter::Wet, "wet", "wet", "Wetness"), (ParameterUnit::One, [0.0, 1.0]), NUMBER,
         "share of water around the fibre; colours are those of dry fur"),
-    row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment"), (Unit::One, [0.0, 10.0]), NUMBER,
+    row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment", "Medulla pigment"), (ParameterUnit::One, [0.0, 10.0]), NUMBER,
         "sigma_ma over sigma_ca for a colour given as reflectance or melanin"),
-    row((Parameter::Reflectance, "reflectance", "reflectance"), (Unit::One, [0.001, 0.999]), RGB,
+    choice((Parameter::Exit, "exit", "Exit of scattered light"), &ScatterExit::NAMES,
+        "how scattered light leaves the fibre: open is the paper's model"),
+    row((Parameter::Reflectance, "reflectance", "reflectance", "Coat colour"), (ParameterUnit::One, [0.001, 0.999]), RGB,
         "sigma_ca and sigma_ma from the colour of a dense coat in white light"),
-    row((Parameter::Melanin, "melanin", "melanin"), (Unit::One, [0.0, 100.0]), MELANIN,
+    row((Parameter::Melanin, "melanin", "melanin", "Melanin"), (ParameterUnit::One, [0.0, 100.0]), MELANIN,
         "sigma_ca and sigma_ma from concentrations of eumelanin and pheomelanin (d'Eon et al. 2011)"),
-    row((Parameter::HairReflectance, "hair_reflectance", "hair_reflectance"), (Unit::One, [0.001, 0.999]), RGB,
+    row((Parameter::HairReflectance, "hair_reflectance", "hair_reflectance", "Hair colour (Chiang)"), (ParameterUnit::One, [0.001, 0.999]), RGB,
         "sigma_ca from the colour of hair without medulla (Chiang et al. 2016)"),
 ];
 
@@ -214,23 +231,58 @@ impl Parameter {
         self.row().symbol
     }
 
+    /// The words for it in an interface: `Medulla radius`, …
+    pub fn label(self) -> &'static str {
+        self.row().label
+    }
+
     /// One line of explanation, without a full stop.
     pub fn description(self) -> &'static str {
         self.row().description
     }
 
     /// The unit in files and options. [`Fiber`] stores angles in radians.
-    pub fn unit(self) -> Unit {
+    pub fn unit(self) -> ParameterUnit {
         self.row().unit
     }
 
     /// Whether the parameter is an angle, which is in degrees in files and in radians in [`Fiber`].
     pub fn is_angle(self) -> bool {
-        self.unit() == Unit::Degrees
+        self.unit() == ParameterUnit::Degrees
+    }
+
+    /// The words that files and options have for the values of a choice. The value is the place of the word. Other
+    /// parameters are numbers, and have none.
+    pub fn choices(self) -> &'static [&'static str] {
+        self.row().choices
+    }
+
+    /// Whether the parameter may vary between and along strands, and in a texture: every number, but no choice.
+    pub fn varies(self) -> bool {
+        self.choices().is_empty()
+    }
+
+    /// The word for a value of a choice. `None` for a number, and for a value that is no choice.
+    pub fn word(self, value: f32) -> Option<&'static str> {
+        let inside = value >= 0.0 && value.fract() == 0.0;
+        inside.then(|| self.choices().get(value as usize).copied()).flatten()
+    }
+
+    /// The value of a word of a choice.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] has the words. A parameter that is a number has none.
+    pub fn value_of(self, word: &str) -> Result<f32, Error> {
+        let place = self.choices().iter().position(|known| *known == word);
+        place.map(|place| place as f32).ok_or_else(|| Error::UnknownName {
+            what: self.name(),
+            name: word.to_owned(),
+            known: self.choices().join(", "),
+        })
     }
 
     /// The values allowed for each channel, in the unit of files ([`Parameter::unit`]).
-    pub fn range(self) -> Range {
+    pub fn range(self) -> ParameterRange {
         self.row().range
     }
 
@@ -301,6 +353,7 @@ impl Parameter {
             Parameter::Layers => [fiber.layers; 3],
             Parameter::Wet => [fiber.wet; 3],
             Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
+            Parameter::Exit => [f32::from(fiber.exit as u8); 3],
             Parameter::Reflectance => return fiber.reflectance,
             Parameter::Melanin | Parameter::HairReflectance => return None,
         })
@@ -328,7 +381,7 @@ impl Parameter {
         Ok(())
     }
 
-    /// The same, clamped to the range. Values from textures, and values between control points, may be out of range.
+    /// The same, clamped to the range, and rounded for a choice. Values from textures, and values between control points, may be out of range.
     pub fn set_nearest(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [low, high] = self.range().ends().map(|x| self.unit().to_stored(x));
         self.store(fiber, value.map(|x| if x.is_nan() { low } else { x.clamp(low, high) }));
@@ -351,6 +404,7 @@ impl Parameter {
             Parameter::Layers => fiber.layers = x,
             Parameter::Wet => fiber.wet = x,
             Parameter::MedullaPigment => fiber.medulla_pigment = x,
+            Parameter::Exit => fiber.exit = ScatterExit::ALL[(x.round() as usize).min(ScatterExit::ALL.len() - 1)],
             Parameter::Reflectance => *fiber = color(fiber, Color::Reflectance(value)),
             Parameter::Melanin => *fiber = color(fiber, Color::Melanin { eumelanin: x, pheomelanin: y }),
             Parameter::HairReflectance => *fiber = color(fiber, Color::HairReflectance(value)),
@@ -364,13 +418,17 @@ impl Parameter {
     pub fn check(self, value: [f32; 3]) -> Result<(), Error> {
         for (channel, x) in value.into_iter().take(self.channels()).enumerate() {
             let x = self.unit().from_stored(x);
-            let is_inside = if self.is_angle() { self.contains_degrees(x) } else { self.range().contains(x) };
+            let is_inside = match self.choices() {
+                [] if self.is_angle() => self.contains_degrees(x),
+                [] => self.range().contains(x),
+                _ => self.word(x).is_some(),
+            };
             if !is_inside {
-                return Err(Error::OutOfRange {
-                    name: self.channel_name(channel),
-                    value: shortest(x),
-                    range: format!("it must be in {}{}", self.range(), self.unit().suffix()),
-                });
+                let range = match self.choices() {
+                    [] => format!("it must be in {}{}", self.range(), self.unit().suffix()),
+                    words => format!("it must be a number from 0, in the order {}", words.join(", ")),
+                };
+                return Err(Error::OutOfRange { name: self.channel_name(channel), value: shortest(x), range });
             }
         }
         Ok(())
@@ -451,5 +509,20 @@ mod tests {
         );
         assert!(error(Parameter::BetaM, [2.0; 3]).ends_with("it must be in [0.1, 90] degrees"));
         assert!(error(Parameter::Melanin, [1.0, 101.0, 0.0]).starts_with("pheomelanin = 101"));
+        assert!(error(Parameter::Exit, [0.5; 3]).contains("in the order open, reflecting"));
+    }
+
+    #[test]
+    fn a_choice_has_the_number_of_its_word() {
+        for exit in ScatterExit::ALL {
+            let mut fiber = Fiber::hair();
+            let number = Parameter::Exit.value_of(exit.name()).unwrap();
+            Parameter::Exit.set(&mut fiber, [number; 3]).unwrap();
+            assert_eq!((fiber.exit, Parameter::Exit.word(number)), (exit, Some(exit.name())));
+        }
+        assert_eq!([-1.0, 0.5, 2.0, f32::NAN].map(|x| Parameter::Exit.word(x)), [None; 4]);
+        let error = Parameter::Exit.value_of("closed").unwrap_err().to_string();
+        assert_eq!(error, "unknown exit 'closed': known are open, reflecting");
+        assert!(Parameter::Kappa.varies() && !Parameter::Exit.varies());
     }
 }

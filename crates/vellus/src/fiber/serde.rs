@@ -4,8 +4,8 @@ use crate::error::{Error, shortest};
 use crate::fiber::Fiber;
 use crate::fiber::builder::{FiberBuilder, unknown};
 use crate::fiber::color::Color;
-use crate::fiber::exit::Exit;
-use crate::fiber::parameter::{Parameter, Unit};
+use crate::fiber::exit::ScatterExit;
+use crate::fiber::parameter::{Parameter, ParameterUnit};
 use crate::fiber::species::Species;
 use crate::lobe::Lobe;
 use crate::window::Window;
@@ -14,52 +14,71 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A number, or one for each channel.
-struct Numbers(Vec<f32>);
+/// A number, one for each channel, or the word of a choice.
+enum Given {
+    Numbers(Vec<f32>),
+    Word(String),
+}
 
-impl<'de> Deserialize<'de> for Numbers {
+impl Given {
+    fn set(&self, builder: &mut FiberBuilder, name: &str) -> Result<(), Error> {
+        match self {
+            Given::Numbers(numbers) => builder.set(name, numbers),
+            Given::Word(word) => builder.set_word(name, word),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Given {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumbersVisitor;
+        struct GivenVisitor;
 
-        impl<'de> Visitor<'de> for NumbersVisitor {
-            type Value = Numbers;
+        impl<'de> Visitor<'de> for GivenVisitor {
+            type Value = Given;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number or an array of numbers")
+                f.write_str("a number, an array of numbers or a word")
             }
 
-            fn visit_f64<E: de::Error>(self, x: f64) -> Result<Numbers, E> {
-                Ok(Numbers(vec![x as f32]))
+            fn visit_f64<E: de::Error>(self, x: f64) -> Result<Given, E> {
+                Ok(Given::Numbers(vec![x as f32]))
             }
 
-            fn visit_i64<E: de::Error>(self, x: i64) -> Result<Numbers, E> {
-                Ok(Numbers(vec![x as f32]))
+            fn visit_i64<E: de::Error>(self, x: i64) -> Result<Given, E> {
+                Ok(Given::Numbers(vec![x as f32]))
             }
 
-            fn visit_u64<E: de::Error>(self, x: u64) -> Result<Numbers, E> {
-                Ok(Numbers(vec![x as f32]))
+            fn visit_u64<E: de::Error>(self, x: u64) -> Result<Given, E> {
+                Ok(Given::Numbers(vec![x as f32]))
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Numbers, A::Error> {
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<Given, E> {
+                Ok(Given::Word(word.to_owned()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Given, A::Error> {
                 let mut numbers = Vec::new();
                 while let Some(x) = values.next_element()? {
                     numbers.push(x);
                 }
-                Ok(Numbers(numbers))
+                Ok(Given::Numbers(numbers))
             }
         }
 
-        deserializer.deserialize_any(NumbersVisitor)
+        deserializer.deserialize_any(GivenVisitor)
     }
 }
 
-/// A value in the units of files: one number where all channels are the same.
+/// A value in the units of files: one number where all channels are the same, or the word of a choice.
 struct InFile(Parameter, [f32; 3]);
 
 impl Serialize for InFile {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let InFile(parameter, value) = self;
         let value = if parameter.is_angle() { value.map(degrees) } else { *value };
+        if let Some(word) = parameter.word(value[0]) {
+            return word.serialize(serializer);
+        }
         match (parameter.channels(), value) {
             (2, [x, y, _]) => [x, y].serialize(serializer),
             (3, [r, g, b]) if r != g || g != b => value.serialize(serializer),
@@ -71,25 +90,24 @@ impl Serialize for InFile {
 /// The shortest number of degrees, with at least four decimals, that converts to this angle in radians: 5.48, not
 /// 5.4800005. No number of degrees in single precision converts to some angles. They become one of the two nearest.
 fn degrees(radians: f32) -> f32 {
-    let exact = Unit::Degrees.from_stored(radians);
+    let exact = ParameterUnit::Degrees.from_stored(radians);
     let rounded = (4..8).map(|decimals| {
         let scale = 10f64.powi(decimals);
         ((shortest(exact) * scale).round() / scale) as f32
     });
     let adjacent = [exact, exact.next_down(), exact.next_up()];
-    rounded.chain(adjacent).find(|x| Unit::Degrees.to_stored(*x) == radians).unwrap_or(exact)
+    rounded.chain(adjacent).find(|x| ParameterUnit::Degrees.to_stored(*x) == radians).unwrap_or(exact)
 }
 
 impl Serialize for Fiber {
-    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit`.
+    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`].
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let describing = Parameter::ALL.into_iter().filter(|p| p.describes(self));
         let stored: Vec<_> = describing.filter_map(|p| p.get(self).map(|value| (p, value))).collect();
-        let mut map = serializer.serialize_map(Some(stored.len() + 1))?;
+        let mut map = serializer.serialize_map(Some(stored.len()))?;
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
         }
-        map.serialize_entry("exit", &self.exit)?;
         map.end()
     }
 }
@@ -113,21 +131,15 @@ impl<'de> Deserialize<'de> for FiberBuilder {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FiberBuilder, A::Error> {
                 let mut base = Fiber::hair();
-                let mut settings: Vec<(String, Numbers)> = Vec::new();
+                let mut settings: Vec<(String, Given)> = Vec::new();
                 let mut has_preset = false;
-                let mut exit: Option<Exit> = None;
                 while let Some(name) = map.next_key::<String>()? {
-                    if settings.iter().any(|(known, _)| *known == name)
-                        || (name == "preset" && has_preset)
-                        || (name == "exit" && exit.is_some())
-                    {
+                    if settings.iter().any(|(known, _)| *known == name) || (name == "preset" && has_preset) {
                         return Err(de::Error::custom(format!("{name} is given twice")));
                     }
                     if name == "preset" {
                         let preset = map.next_value::<String>()?;
                         (base, has_preset) = (Fiber::named(&preset).map_err(de::Error::custom)?, true);
-                    } else if name == "exit" {
-                        exit = Some(map.next_value()?);
                     } else if Parameter::parse(&name).is_none() {
                         return Err(de::Error::custom(unknown(&name)));
                     } else {
@@ -136,11 +148,8 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                 }
                 // The preset may follow the channels of a colour, which start with the preset's values.
                 let mut builder = FiberBuilder::new(base);
-                for (name, Numbers(numbers)) in &settings {
-                    builder.set(name, numbers).map_err(de::Error::custom)?;
-                }
-                if let Some(exit) = exit {
-                    builder.set_exit(exit);
+                for (name, given) in &settings {
+                    given.set(&mut builder, name).map_err(de::Error::custom)?;
                 }
                 Ok(builder)
             }
@@ -164,12 +173,12 @@ impl Serialize for Color {
 impl<'de> Deserialize<'de> for Color {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut builder = FiberBuilder::default();
-        for (name, Numbers(numbers)) in BTreeMap::<String, Numbers>::deserialize(deserializer)? {
+        for (name, given) in BTreeMap::<String, Given>::deserialize(deserializer)? {
             if Parameter::parse(&name).is_none_or(|(parameter, _)| !parameter.is_color()) {
                 let known = "sigma_ca, reflectance, melanin, eumelanin, pheomelanin, hair_reflectance";
                 return Err(de::Error::custom(Error::UnknownParameter { name, known: known.to_owned() }));
             }
-            builder.set(&name, &numbers).map_err(de::Error::custom)?;
+            given.set(&mut builder, &name).map_err(de::Error::custom)?;
         }
         builder.build().map_err(de::Error::custom)?;
         builder.color().map_err(de::Error::custom)?.ok_or_else(|| de::Error::custom("a colour is missing"))
@@ -193,7 +202,7 @@ macro_rules! names {
     )*};
 }
 
-names!(Species, Exit, Lobe);
+names!(Species, ScatterExit, Lobe);
 
 /// A window is its two ends: `[-0.5, 0.25]`.
 impl Serialize for Window {

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::fiber::MEDULLA_PIGMENT;
-use crate::fiber::exit::Exit;
+use crate::fiber::exit::ScatterExit;
 use std::fmt;
 use std::str::FromStr;
 
@@ -41,9 +41,9 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
     (Species::Human,     "human",     [0.36, 1.20, 0.70,  2.05,  3.75, 0.41, 3.49, 0.00, 0.28, 1.79]),
 ];
 
-/// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`Exit::Reflecting`]. The other parameters are those of Table 4.
+/// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`ScatterExit::Reflecting`]. The other parameters are those of Table 4.
 ///
-/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because we had no access to
+/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`ScatterExit::Open`], because we had no access to
 /// the measurements. `cargo run --release --bin refit` in `lab/` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
@@ -87,7 +87,7 @@ impl Species {
     /// [`Fiber::preset`].
     pub(crate) fn fitted(self) -> Fiber {
         let [kappa, sigma_ca, sigma_ms, sigma_ma, g] = FITTED[self as usize];
-        let (sigma_ca, sigma_ma, exit) = ([sigma_ca; 3], [sigma_ma; 3], Exit::Reflecting);
+        let (sigma_ca, sigma_ma, exit) = ([sigma_ca; 3], [sigma_ma; 3], ScatterExit::Reflecting);
         Fiber { kappa, sigma_ca, sigma_ms, sigma_ma, g, exit, ..self.published() }
     }
 
@@ -96,7 +96,8 @@ impl Species {
         let species = |plain: &str| plain.parse::<Species>().ok();
         let found = species(name).map(Species::fitted);
         let published = || plain(name).strip_suffix(PUBLISHED).and_then(species).map(Species::published);
-        found.or_else(published).ok_or_else(|| Error::UnknownPreset {
+        found.or_else(published).ok_or_else(|| Error::UnknownName {
+            what: "preset",
             name: name.to_owned(),
             known: format!("{}, and each with -{PUBLISHED}", Species::ALL.map(Species::name).join(", ")),
         })
@@ -117,7 +118,7 @@ impl Species {
             g,
             layers,
             wet: 0.0,
-            exit: Exit::Open,
+            exit: ScatterExit::Open,
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,
         }
@@ -135,7 +136,8 @@ impl FromStr for Species {
 
     /// Accepts `red-fox`, `red_fox`, `Red Fox`, `RedFox`.
     fn from_str(name: &str) -> Result<Self, Error> {
-        Species::ALL.into_iter().find(|s| plain(s.name()) == plain(name)).ok_or_else(|| Error::UnknownPreset {
+        Species::ALL.into_iter().find(|s| plain(s.name()) == plain(name)).ok_or_else(|| Error::UnknownName {
+            what: "preset",
             name: name.to_owned(),
             known: Species::ALL.map(Species::name).join(", "),
         })

@@ -332,7 +332,7 @@ fn columns<const C: usize>(densities: &Densities<C>, r: usize) -> Vec<[f32; 6]> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fiber::exit::Exit;
+    use crate::fiber::exit::ScatterExit;
     use crate::medulla::tables::Tables;
 
     /// Z of every component against the midpoint rule over the cone, for indices and shifts between the nodes.
@@ -343,7 +343,7 @@ mod tests {
         for (eta, kappa, layers) in
             [(1.0, 0.5, 0.5), (1.07, 0.9, 2.0), (1.31, 0.4, 1.8), (1.69, 0.88, 0.47), (3.0, 0.6, 1.0)]
         {
-            let fiber = Fiber { eta, kappa, layers, exit: Exit::Reflecting, ..Fiber::hair() };
+            let fiber = Fiber { eta, kappa, layers, exit: ScatterExit::Reflecting, ..Fiber::hair() };
             let cone = Cone::new(&fiber);
             for part in [0.0, 0.13, 0.5, 0.77, 0.96, 0.999] {
                 let shift = part * cone.half;

@@ -11,7 +11,7 @@ pub(crate) mod weighting;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Refraction;
 use crate::fiber::Fiber;
-use crate::fiber::exit::Exit;
+use crate::fiber::exit::ScatterExit;
 use crate::medulla::cone::{Cone, Cones};
 use crate::medulla::mixture::{Between, Weights, choose, dot, normaliser, product};
 use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
@@ -111,7 +111,7 @@ impl<'t> Medulla<'t> {
         // needs the elongation 1/cos θ_t.
         let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
         let g_rows = &tables.azimuthal.factors[1];
-        let reflects = fiber.exit == Exit::Reflecting && optical_radius > 0.0;
+        let reflects = fiber.exit == ScatterExit::Reflecting && optical_radius > 0.0;
         let cone = reflects.then(|| (Cone::new(fiber), tables.cones()));
         Medulla {
             tables,

@@ -204,7 +204,7 @@ pub struct Tables {
     /// The same, with a row of all h″ for each τ and g.
     pub(crate) mean_path_rows: Rows<{ OFFSETS / 8 }>,
     pub(crate) mean_path_nodes: [usize; 3],
-    /// For fibres with [`Exit::Reflecting`](crate::Exit::Reflecting), made on first use.
+    /// For fibres with [`ScatterExit::Reflecting`](crate::ScatterExit::Reflecting), made on first use.
     cones: OnceLock<Cones>,
 }
 

@@ -94,11 +94,11 @@ fn pairs<const C: usize>(weights: &Weights<C>) -> Vec<[f32; 4]> {
 mod tests {
     use super::*;
     use crate::fiber::Fiber;
-    use crate::fiber::exit::Exit;
+    use crate::fiber::exit::ScatterExit;
 
     #[test]
     fn every_fiber_has_the_same_number_of_rows() -> Result<(), crate::Error> {
-        for exit in Exit::ALL {
+        for exit in ScatterExit::ALL {
             for kappa in [0.0, 0.8] {
                 let bcsdf = Bcsdf::new(&Fiber { exit, kappa, sigma_ms: 2.0, ..Fiber::hair() })?;
                 let rows = fiber(&bcsdf);

@@ -2,7 +2,7 @@
 //! near field.
 
 use std::f64::consts::{PI, TAU};
-use vellus::{Exit, Fiber, Species};
+use vellus::{Fiber, ScatterExit, Species};
 use vellus_reference::as_printed::AsPrinted;
 use vellus_reference::exact::Exact;
 use vellus_testing::{Uniform, effort, full_fiber, table_data};
@@ -161,7 +161,7 @@ fn published_segments_converge() {
 #[ignore = "test: windows by quadrature"]
 fn published_windows_are_the_mean_of_the_near_field() {
     for (theta_o, [h1, h2]) in [(0.4, [-1.0, 1.0]), (-0.9, [-0.3, 0.7]), (0.1, [0.5, 0.9])] {
-        let published = AsPrinted::new(&full_fiber().with_exit(Exit::Open), table_data()).unwrap();
+        let published = AsPrinted::new(&full_fiber().with_exit(ScatterExit::Open), table_data()).unwrap();
         let window = published.window(theta_o, [h1, h2], 400, 100);
         let [first, last] = [h1, h2].map(f64::asin);
         let n = 400;
@@ -198,7 +198,7 @@ fn published_windows_are_the_mean_of_the_near_field() {
 fn narrow_published_windows_are_the_near_field() {
     let mut random = Uniform(21);
     for _ in 0..100 {
-        let fiber = random.fiber().with_exit(Exit::Open);
+        let fiber = random.fiber().with_exit(ScatterExit::Open);
         let (theta_o, h) = (random.within(-1.3, 1.3), random.within(-0.99, 0.99));
         let narrow = [h - 1e-7, h + 1e-7];
         let (oracle, published) =

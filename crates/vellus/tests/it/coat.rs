@@ -1,13 +1,13 @@
 //! The colours of coats: the inversion, its reach, and its extremes. `vellus-experiments/tests/it/coat.rs` compares it
 //! with renderings.
 
-use vellus::{CoatColors, Color, Exit, Fiber, FiberBuilder, Species};
+use vellus::{CoatColors, Color, Fiber, FiberBuilder, ScatterExit, Species};
 use vellus_testing::Uniform;
 
 fn fibers() -> impl Iterator<Item = Fiber> {
     let mut random = Uniform(7);
     let any = std::iter::repeat_with(move || random.fiber()).take(100);
-    let exits = |fiber: Fiber| [Exit::Open, Exit::Reflecting].map(|exit| fiber.with_exit(exit));
+    let exits = |fiber: Fiber| [ScatterExit::Open, ScatterExit::Reflecting].map(|exit| fiber.with_exit(exit));
     any.chain(Species::ALL.map(Fiber::preset)).chain([Fiber::hair()]).flat_map(exits)
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Error, Exit, Fiber, Lobe, Sample, Species, TableData, Tables, Window};
+use vellus::{Bcsdf, Error, Fiber, Lobe, Sample, ScatterExit, Species, TableData, Tables, Window};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 #[test]
@@ -265,7 +265,7 @@ fn check_sample(sample: Option<Sample>) {
 #[test]
 fn bad_uniform_numbers_give_no_bad_samples() {
     let mut random = Uniform(9);
-    for fiber in [full_fiber(), full_fiber().with_exit(Exit::Open), Fiber::hair()] {
+    for fiber in [full_fiber(), full_fiber().with_exit(ScatterExit::Open), Fiber::hair()] {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for window in [Window::near(0.3), Window::near(-1.0), Window::pixel(0.4, 0.5), Window::far()] {
             let hit = bcsdf.at(direction(0.4, 0.2), window);

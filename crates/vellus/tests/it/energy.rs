@@ -1,7 +1,7 @@
 //! Energies of the lobes, and the white furnace.
 
 use std::f64::consts::{PI, TAU};
-use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
+use vellus::{Bcsdf, Fiber, Hit, ScatterExit, Species, Window};
 use vellus_reference::as_printed::AsPrinted;
 use vellus_reference::exact::Exact;
 use vellus_testing::sphere::nodes;
@@ -16,7 +16,7 @@ fn lossless_grid() -> impl Iterator<Item = (Fiber, f64, f64)> {
                 for layers in [0.3, 0.5, 1.0, 3.0] {
                     for theta_o in [0.0, -20.0, 45.0, 70.0, 85.0] {
                         for h in [-1.0, -0.999, -0.8, 0.0, 0.05, 0.95, 0.9999] {
-                            let exit = Exit::ALL[cases.len() % 2];
+                            let exit = ScatterExit::ALL[cases.len() % 2];
                             let fiber =
                                 Fiber { kappa, eta, sigma_ms, layers, exit, ..full_fiber().without_absorption() };
                             cases.push((fiber, f64::to_radians(theta_o), h));
@@ -51,7 +51,7 @@ fn lobes_sum_to_one_without_absorption() {
 /// D6: the published model loses the light beyond R, TT, TRT, TTˢ, TRTˢ: (1 − F) F² T².
 #[test]
 fn the_published_lobes_lack_the_higher_orders() {
-    let fiber = Fiber { layers: 3.0, sigma_ms: 0.2, exit: Exit::Open, ..full_fiber().without_absorption() };
+    let fiber = Fiber { layers: 3.0, sigma_ms: 0.2, exit: ScatterExit::Open, ..full_fiber().without_absorption() };
     let (theta, h) = (0.0, 0.9);
     let published: f64 = AsPrinted::new(&fiber, table_data()).unwrap().energy(theta, h).iter().map(|a| a[0]).sum();
     let rest = Exact::new(&fiber, table_data()).unwrap().at(theta, h).energy()[5][0];
@@ -62,7 +62,7 @@ fn the_published_lobes_lack_the_higher_orders() {
 /// D4: with F of Table 3 instead of 1 − F, TTˢ would lose most of its light.
 #[test]
 fn tts_enters_through_the_cuticle_not_by_reflection() {
-    let fiber = Fiber { sigma_ms: 20.0, exit: Exit::Open, ..full_fiber().without_absorption() };
+    let fiber = Fiber { sigma_ms: 20.0, exit: ScatterExit::Open, ..full_fiber().without_absorption() };
     let energy = Exact::new(&fiber, table_data()).unwrap().at(0.0, 0.0).energy();
     let f = energy[0][0];
     assert!(f < 0.1 && (energy[3][0] - (1.0 - f)).abs() < 1e-3, "F {f}, TTs {}", energy[3][0]);
@@ -104,7 +104,7 @@ fn furnace_is_white() {
 /// With absorption, too, the integral of each lobe is its A.
 #[test]
 fn integral_of_eval_is_the_energy() {
-    for exit in Exit::ALL {
+    for exit in ScatterExit::ALL {
         let bcsdf = Bcsdf::new(&full_fiber().with_exit(exit)).unwrap();
         for (theta_o, h) in [(0.3f64, 0.25f32), (-1.1, -0.7), (0.9, 0.98)] {
             let hit = bcsdf.at(direction(theta_o, -2.0), Window::near(h));

@@ -1,7 +1,7 @@
 //! Compares the fast f32 path with the slow f64 one.
 
 use std::f64::consts::PI;
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
+use vellus::{Bcsdf, Fiber, Lobe, ScatterExit, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::{Uniform, angles, direction, table_data};
 use wide::f32x8;
@@ -24,7 +24,7 @@ struct Tolerance {
 }
 
 /// Compares energies and values of the presets and of random fibres.
-fn check_against_oracle(exit: Exit, scattered: &Tolerance, random: &mut Uniform) {
+fn check_against_oracle(exit: ScatterExit, scattered: &Tolerance, random: &mut Uniform) {
     let mut fibers: Vec<Fiber> = Species::ALL.map(Fiber::published).to_vec();
     fibers.extend((0..300).map(|_| random.fiber()));
     for fiber in fibers.into_iter().map(|fiber| fiber.with_exit(exit)) {
@@ -58,11 +58,12 @@ fn check_against_oracle(exit: Exit, scattered: &Tolerance, random: &mut Uniform)
                 for (p, value) in hit.eval(wi).0.iter().enumerate() {
                     for c in 0..3 {
                         // The shape of a scattered lobe is compared, so that the error of its energy does not count.
-                        let expected = if exit == Exit::Reflecting && (p == 3 || p == 4) && exact_energy[p][c] > 1e-9 {
-                            expected[p][c] * f64::from(energy.0[p][c]) / exact_energy[p][c]
-                        } else {
-                            expected[p][c]
-                        };
+                        let expected =
+                            if exit == ScatterExit::Reflecting && (p == 3 || p == 4) && exact_energy[p][c] > 1e-9 {
+                                expected[p][c] * f64::from(energy.0[p][c]) / exact_energy[p][c]
+                            } else {
+                                expected[p][c]
+                            };
                         // The density of light that leaves later is cos θᵢ/π².
                         let diffuse = if p == 5 { scattered.absolute * theta_i.cos() / (PI * PI) } else { 0.0 };
                         assert!(
@@ -81,21 +82,21 @@ fn check_against_oracle(exit: Exit, scattered: &Tolerance, random: &mut Uniform)
 
 #[test]
 fn fast_matches_f64_oracle() {
-    check_against_oracle(Exit::Open, &Tolerance { relative: 1e-5, absolute: 3e-6 }, &mut Uniform(1));
+    check_against_oracle(ScatterExit::Open, &Tolerance { relative: 1e-5, absolute: 3e-6 }, &mut Uniform(1));
 }
 
 /// The fast path interpolates the transmittance of each state, see tests/it/exit.rs for the statistics of the error. A
 /// state's error is at most 0.08, and the light of a lobe is in many states.
 #[test]
 fn reflecting_exits_match_f64_oracle() {
-    check_against_oracle(Exit::Reflecting, &Tolerance { relative: 0.0, absolute: 0.01 }, &mut Uniform(4));
+    check_against_oracle(ScatterExit::Reflecting, &Tolerance { relative: 0.0, absolute: 0.01 }, &mut Uniform(4));
 }
 
 #[test]
 fn eight_hits_at_once_match_single_hits() {
     let mut random = Uniform(2);
     for k in 0..200 {
-        let fiber = random.fiber().with_exit(Exit::ALL[k % 2]);
+        let fiber = random.fiber().with_exit(ScatterExit::ALL[k % 2]);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let wo: [_; 8] = std::array::from_fn(|_| direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)));
         let wi: [_; 8] = std::array::from_fn(|_| direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)));
@@ -139,7 +140,7 @@ fn eight_hits_at_once_match_single_hits() {
 fn eight_queries_of_one_hit_match_single_queries() {
     let mut random = Uniform(21);
     for k in 0..600 {
-        let fiber = random.fiber().with_exit(Exit::ALL[k / 3 % 2]);
+        let fiber = random.fiber().with_exit(ScatterExit::ALL[k / 3 % 2]);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let h = random.within(-1.0, 1.0) as f32;
         let window = [Window::near(h), Window::far(), Window::pixel(h, random.within(0.01, 2.0) as f32)][k % 3];

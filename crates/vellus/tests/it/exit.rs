@@ -1,14 +1,14 @@
 //! The exit of scattered light from a fibre whose cuticle reflects it (D17).
 
 use std::f64::consts::PI;
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
+use vellus::{Bcsdf, Fiber, Lobe, ScatterExit, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::sphere::{ChiSquared, integral, nodes};
 use vellus_testing::{Uniform, direction, full_fiber, table_data};
 
 /// A random fibre with reflecting exits.
 fn random_fiber(random: &mut Uniform) -> Fiber {
-    random.fiber().with_exit(Exit::Reflecting)
+    random.fiber().with_exit(ScatterExit::Reflecting)
 }
 
 /// A fibre with reflecting exits whose parameters are often at an end of their ranges.
@@ -30,7 +30,7 @@ fn extreme_fiber(random: &mut Uniform) -> Fiber {
         sigma_ma: std::array::from_fn(|_| pick(0.0, 1000.0, 1.0)),
         g: pick(0.0, 0.95, 0.5),
         layers: pick(0.0, 20.0, 1.0),
-        exit: Exit::Reflecting,
+        exit: ScatterExit::Reflecting,
         medulla_pigment: 0.3,
         wet: 0.0,
         ..full_fiber()
@@ -93,7 +93,7 @@ fn energies_of_windows_match_the_oracle() {
         let h = random.within(-1.0, 1.0) as f32;
         let window = if k % 2 == 0 { Window::far() } else { Window::pixel(h, random.within(0.1, 1.5) as f32) };
         let wo = direction(random.within(-1.4, 1.4), 0.3);
-        for (exit, errors) in Exit::ALL.into_iter().zip(&mut errors) {
+        for (exit, errors) in ScatterExit::ALL.into_iter().zip(&mut errors) {
             let fiber = fiber.with_exit(exit);
             let oracle = Exact::new(&fiber, table_data()).unwrap();
             let exact = oracle.window(f64::from(wo.x).asin(), window.ends().map(f64::from), 2000, 100).energy();
@@ -111,12 +111,12 @@ fn energies_of_windows_match_the_oracle() {
     }
 }
 
-/// Values over a window against quadrature: the residual lobe, which has light of two shapes.
+/// Values over a window against quadrature: the rest lobe, which has light of two shapes.
 #[test]
-fn the_residual_lobe_of_windows_matches_the_oracle() {
+fn the_rest_lobe_of_windows_matches_the_oracle() {
     let mut random = Uniform(33);
     for fiber in Species::ALL.map(Fiber::published) {
-        let fiber = fiber.with_exit(Exit::Reflecting).with_absorption([0.05, 0.3, 1.0]);
+        let fiber = fiber.with_exit(ScatterExit::Reflecting).with_absorption([0.05, 0.3, 1.0]);
         let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for window in [Window::far(), Window::pixel(0.3, 0.5)] {
             let wo = direction(random.within(-1.2, 1.2), 0.0);
@@ -158,7 +158,7 @@ fn energies_sum_to_one_without_absorption() {
 #[test]
 fn furnace_is_white() {
     for fiber in [full_fiber(), Fiber { kappa: 0.97, eta: 1.2, ..full_fiber() }, Fiber::published(Species::RedFox)] {
-        let bcsdf = Bcsdf::new(&fiber.with_exit(Exit::Reflecting).without_absorption()).unwrap();
+        let bcsdf = Bcsdf::new(&fiber.with_exit(ScatterExit::Reflecting).without_absorption()).unwrap();
         for theta_o in [0.0, -1.2] {
             for window in [Window::near(0.1), Window::near(-0.62), Window::far(), Window::pixel(0.5, 0.8)] {
                 let hit = bcsdf.at(direction(theta_o, 1.1), window);
@@ -216,7 +216,7 @@ fn rise(mut fiber: Fiber, window: Window, random: &mut Uniform) -> f64 {
 #[test]
 fn absorption_never_gives_light() {
     let mut random = Uniform(36);
-    for (exit, name) in Exit::ALL.into_iter().zip(["open", "reflecting"]) {
+    for (exit, name) in ScatterExit::ALL.into_iter().zip(["open", "reflecting"]) {
         let mut rises = [vec![], vec![]];
         for k in 0..20_000 {
             let fiber = if k % 4 == 0 { extreme_fiber(&mut random) } else { random_fiber(&mut random) }.with_exit(exit);
@@ -242,7 +242,7 @@ fn scattering_never_gives_unscattered_light() {
     for k in 0..20_000 {
         let fiber = if k % 4 == 0 { extreme_fiber(&mut random) } else { random_fiber(&mut random) };
         let fiber = if k % 3 == 0 { fiber.without_absorption() } else { fiber };
-        let fiber = fiber.with_exit(Exit::ALL[k % 2]);
+        let fiber = fiber.with_exit(ScatterExit::ALL[k % 2]);
         let more = Fiber { sigma_ms: fiber.sigma_ms * (1.0 + random.next() as f32) + 0.01, ..fiber };
         let more = Fiber { sigma_ms: more.sigma_ms.min(1000.0), ..more };
         let (wo, window) = (direction(random.within(-1.5, 1.5), 0.3), window(&mut random));
@@ -271,21 +271,21 @@ fn limits_are_those_of_open_exits() {
         let energy = |fiber: Fiber| Bcsdf::new(&fiber).unwrap().at(wo, window).energy();
         let none = [Fiber { kappa: 0.0, ..fiber }, Fiber { sigma_ms: 0.0, ..fiber }];
         for fiber in none {
-            assert_eq!(energy(fiber).0, energy(fiber.with_exit(Exit::Open)).0, "{fiber:?}");
+            assert_eq!(energy(fiber).0, energy(fiber.with_exit(ScatterExit::Open)).0, "{fiber:?}");
         }
         let few = [Fiber { kappa: 1e-4, ..fiber }, Fiber { sigma_ms: 1e-4, ..fiber }];
         for fiber in few {
-            for (a, b) in energy(fiber).total().into_iter().zip(energy(fiber.with_exit(Exit::Open)).total()) {
+            for (a, b) in energy(fiber).total().into_iter().zip(energy(fiber.with_exit(ScatterExit::Open)).total()) {
                 // The medulla scatters at most 2 σ_ms κ/cos θ_t of the light, and cos θ_t ≥ 0.2 for η ≥ 1.02.
                 let scattered = 10.0 * fiber.sigma_ms * fiber.kappa;
                 assert!((a - b).abs() <= scattered + 1e-5, "{fiber:?} {a} {b}");
             }
         }
-        // No reflection: nothing leaves late. The residual lobe contains no scattered light.
-        let clear = energy(Fiber { eta: 1.0, ..fiber })[Lobe::Residual];
+        // No reflection: nothing leaves late. The rest lobe contains no scattered light.
+        let clear = energy(Fiber { eta: 1.0, ..fiber })[Lobe::Rest];
         assert!(clear.iter().all(|x| *x < 1e-5), "{fiber:?} {clear:?}");
         let nearly = energy(Fiber { eta: 1.0005, ..fiber }.without_absorption());
-        let open = energy(Fiber { eta: 1.0005, exit: Exit::Open, ..fiber }.without_absorption());
+        let open = energy(Fiber { eta: 1.0005, exit: ScatterExit::Open, ..fiber }.without_absorption());
         let late = nearly.0[5][0] - open.0[5][0];
         // Total reflection begins at cos θ′ cos γ = √(1 − 1/η²) = 0.03.
         assert!(late < 0.05, "{fiber:?} {late}");
@@ -298,7 +298,7 @@ fn fibers() -> [Fiber; 3] {
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 6.0, sigma_ca: [2.5, 0.3, 0.05], ..full_fiber() },
         Fiber::published(Species::RedFox).with_absorption([0.05, 0.4, 0.9]),
     ]
-    .map(|fiber| fiber.with_exit(Exit::Reflecting))
+    .map(|fiber| fiber.with_exit(ScatterExit::Reflecting))
 }
 
 #[test]
@@ -329,11 +329,11 @@ fn histograms_of_samples_match_the_pdf() {
     }
 }
 
-/// The residual lobe has two parts, diffuse light and light that the medulla did not scatter. Of this fibre they have
+/// The rest lobe has two parts, diffuse light and light that the medulla did not scatter. Of this fibre they have
 /// different colours. The mean of sin² θᵢ tells how often each is drawn: it differs by a tenth between them, and the
 /// error of the mean is a thousandth, so that a share that is wrong by a tenth is ten standard errors.
 #[test]
-fn both_parts_of_the_residual_lobe_are_drawn_by_the_brightest_channel() {
+fn both_parts_of_the_rest_lobe_are_drawn_by_the_brightest_channel() {
     let fiber = fibers()[1];
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let mut random = Uniform(39);
@@ -348,7 +348,7 @@ fn both_parts_of_the_residual_lobe_are_drawn_by_the_brightest_channel() {
             let mut u = random.numbers();
             u[0] = (1.0 - probabilities[5]) + 0.999 * probabilities[5] * u[0];
             let sample = hit.sample(u).unwrap();
-            assert_eq!(sample.lobe, Lobe::Residual);
+            assert_eq!(sample.lobe, Lobe::Rest);
             let square = f64::from(sample.wi.x * sample.wi.x);
             (sum, squares) = (sum + square, squares + square * square);
         }

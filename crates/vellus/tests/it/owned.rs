@@ -20,7 +20,7 @@ macro_rules! results {
 
 #[test]
 fn an_owned_hit_has_the_bits_of_one_that_borrows() {
-    for fiber in [full_fiber(), full_fiber().with_exit(vellus::Exit::Open), Fiber::hair()] {
+    for fiber in [full_fiber(), full_fiber().with_exit(vellus::ScatterExit::Open), Fiber::hair()] {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for bcsdf in [bcsdf.clone().with_fine_windows(), bcsdf] {
             for q in queries(20) {

@@ -1,7 +1,7 @@
-//! The shape of scattered light that the cuticle refracts (D18): `Exit::Reflecting`.
+//! The shape of scattered light that the cuticle refracts (D18): `ScatterExit::Reflecting`.
 
 use std::f64::consts::FRAC_PI_2;
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
+use vellus::{Bcsdf, Fiber, Lobe, ScatterExit, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::sphere::{ChiSquared, integral, nodes};
 use vellus_testing::{Uniform, angles, direction, full_fiber, table_data};
@@ -10,7 +10,7 @@ const SCATTERED: [usize; 2] = [Lobe::Tts as usize, Lobe::Trts as usize];
 
 /// Fibres at the limits of the parameters on which the shape depends.
 fn limits() -> Vec<Fiber> {
-    let fiber = full_fiber().with_exit(Exit::Reflecting);
+    let fiber = full_fiber().with_exit(ScatterExit::Reflecting);
     vec![
         fiber,
         Fiber { eta: 1.0, ..fiber },
@@ -33,8 +33,8 @@ fn limits() -> Vec<Fiber> {
 fn fast_matches_f64_oracle() {
     let mut random = Uniform(31);
     let mut fibers = limits();
-    fibers.extend(Species::ALL.map(|species| Fiber::published(species).with_exit(Exit::Reflecting)));
-    fibers.extend((0..200).map(|_| random.fiber().with_exit(Exit::Reflecting)));
+    fibers.extend(Species::ALL.map(|species| Fiber::published(species).with_exit(ScatterExit::Reflecting)));
+    fibers.extend((0..200).map(|_| random.fiber().with_exit(ScatterExit::Reflecting)));
     let (mut worst, mut count) = ((0.0f64, 0.0, 0.0), 0);
     for fiber in fibers {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -72,7 +72,8 @@ fn fast_matches_f64_oracle() {
 /// The windows' few points against the mean of the near field. See tests/it/window.rs for their error.
 #[test]
 fn windows_are_the_mean_of_the_near_field() {
-    for fiber in [Species::RedFox, Species::Bobcat].map(|species| Fiber::published(species).with_exit(Exit::Reflecting))
+    for fiber in
+        [Species::RedFox, Species::Bobcat].map(|species| Fiber::published(species).with_exit(ScatterExit::Reflecting))
     {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for theta_o in [-0.3, 1.2] {
@@ -130,7 +131,7 @@ fn histogram_of_samples_matches_pdf() {
 fn weight_is_the_near_field_total() {
     let mut random = Uniform(34);
     for _ in 0..500 {
-        let fiber = random.fiber().with_exit(Exit::Reflecting);
+        let fiber = random.fiber().with_exit(ScatterExit::Reflecting);
         let fiber = Fiber { sigma_ca: [fiber.sigma_ca[0]; 3], sigma_ma: [fiber.sigma_ma[0]; 3], ..fiber };
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let hit = bcsdf.at(direction(random.within(-1.55, 1.55), 0.0), Window::near(random.within(-1.0, 1.0) as f32));
@@ -167,7 +168,7 @@ fn mirrored_light_leaves_mirrored() {
 fn index_of_air_gives_the_open_shape() {
     let mut random = Uniform(36);
     let fiber = Fiber { eta: 1.0, ..full_fiber().without_absorption() };
-    let [open, reflecting] = Exit::ALL.map(|exit| Bcsdf::new(&fiber.with_exit(exit)).unwrap());
+    let [open, reflecting] = ScatterExit::ALL.map(|exit| Bcsdf::new(&fiber.with_exit(exit)).unwrap());
     for _ in 0..1000 {
         let (wo, wi) =
             (direction(random.within(-1.3, 1.3), 0.0), direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)));

@@ -1,7 +1,7 @@
 //! Samples follow the pdf, with tilt and all other parameters non-zero.
 
 use std::f64::consts::TAU;
-use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
+use vellus::{Bcsdf, Fiber, Lobe, ScatterExit, Species, Window};
 use vellus_testing::significance::max_abs_z;
 use vellus_testing::sphere::{ChiSquared, integral, nodes};
 use vellus_testing::{Uniform, direction, effort, full_fiber};
@@ -14,7 +14,7 @@ fn fibers() -> Vec<Fiber> {
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
         Fiber { eta: 1.1, kappa: 0.5, sigma_ma: [3.0, 0.1, 0.1], ..full_fiber() },
     ];
-    fibers.extend(fibers.clone().iter().map(|fiber| fiber.with_exit(Exit::Open)));
+    fibers.extend(fibers.clone().iter().map(|fiber| fiber.with_exit(ScatterExit::Open)));
     let species = Species::ALL.iter().flat_map(|s| [Fiber::preset(*s), Fiber::published(*s)]);
     fibers.extend(species.map(|fiber| fiber.with_absorption([0.05, 0.4, 0.9])));
     fibers
@@ -80,8 +80,8 @@ fn weight_is_the_near_field_total() {
         let energy = hit.energy();
         let mut bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
         assert!(bound <= 1.0 + 1e-5, "{fiber:?} {bound}");
-        if fiber.exit == Exit::Reflecting && !grey {
-            // The residual lobe has two parts, which may have their largest channels apart.
+        if fiber.exit == ScatterExit::Reflecting && !grey {
+            // The rest lobe has two parts, which may have their largest channels apart.
             bound = 1.0;
         }
         for _ in 0..20 {
@@ -150,7 +150,7 @@ fn windows_are_unbiased(n: u32) {
     let radii = [0.5f64, 5.0, 30.0, 180.0].map(f64::to_radians);
     for (fiber, window, towards) in [
         (full_fiber(), Window::far(), (-0.3, 2.6)),
-        (full_fiber().with_exit(Exit::Open), Window::far(), (-0.3, 2.6)),
+        (full_fiber().with_exit(ScatterExit::Open), Window::far(), (-0.3, 2.6)),
         (Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]), Window::pixel(-0.3, 0.9), (-0.4, -2.2)),
     ] {
         let bcsdf = Bcsdf::new(&fiber).unwrap();

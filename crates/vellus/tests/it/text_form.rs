@@ -1,6 +1,6 @@
 //! Fibres, colours, species, exits, lobes and windows survive a round trip, and invalid ones are refused.
 
-use vellus::{Color, Exit, Fiber, FiberBuilder, Lobe, Species, Window};
+use vellus::{Color, Fiber, FiberBuilder, Lobe, ScatterExit, Species, Window};
 
 fn fiber(json: &str) -> Result<Fiber, String> {
     serde_json::from_str(json).map_err(|error| error.to_string())
@@ -86,14 +86,14 @@ fn colours_names_and_windows_round_trip() {
     assert_eq!(serde_json::to_string(&Species::RedFox).unwrap(), r#""red-fox""#);
     assert_eq!(serde_json::from_str::<Species>(r#""Red Fox""#).unwrap(), Species::RedFox);
     assert_eq!(
-        serde_json::to_string(&(Exit::Open, Lobe::ALL)).unwrap(),
+        serde_json::to_string(&(ScatterExit::Open, Lobe::ALL)).unwrap(),
         r#"["open",["R","TT","TRT","TTs","TRTs","rest"]]"#
     );
     assert_eq!(
-        serde_json::from_str::<(Exit, Lobe)>(r#"["reflecting", "TTs"]"#).unwrap(),
-        (Exit::Reflecting, Lobe::Tts)
+        serde_json::from_str::<(ScatterExit, Lobe)>(r#"["reflecting", "TTs"]"#).unwrap(),
+        (ScatterExit::Reflecting, Lobe::Tts)
     );
-    let error = serde_json::from_str::<Exit>(r#""closed""#).unwrap_err().to_string();
+    let error = serde_json::from_str::<ScatterExit>(r#""closed""#).unwrap_err().to_string();
     assert!(error.contains("unknown exit 'closed': known are open, reflecting"), "{error}");
     for window in [Window::far(), Window::near(0.3), Window::range(-0.5, 0.25)] {
         assert_eq!(serde_json::from_str::<Window>(&serde_json::to_string(&window).unwrap()).unwrap(), window);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Exit, Fiber, Parameter, Species, Window};
+use vellus::{Bcsdf, Fiber, Parameter, ScatterExit, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::vectors::{Vector, Vectors, fiber_columns};
 use vellus_testing::{Uniform, angles, direction, effort, generated, table_data};
@@ -45,7 +45,7 @@ fn oracle(fiber: &Fiber, query: &Vector) -> ([f64; 3], f64) {
         let value = total(hit.eval(theta_i, phi));
         // The densities of what the medulla scatters, and of light that leaves later.
         let shapes: f64 = hit.densities(theta_i, phi)[3..].iter().sum();
-        let states = if fiber.exit == Exit::Reflecting { 0.01 * shapes } else { 0.0 };
+        let states = if fiber.exit == ScatterExit::Reflecting { 0.01 * shapes } else { 0.0 };
         return (value, 2e-3 * most(value) + 1e-4 + states);
     }
     let window = exact.window(theta_o, [low, high], 4_000, 400);

@@ -1,7 +1,7 @@
 //! Far field and multi-scale mode: the average over a window of offsets, compared with quadrature of the near field.
 
 use std::f64::consts::{PI, TAU};
-use vellus::{Bcsdf, Exit, Fiber, Species, Window};
+use vellus::{Bcsdf, Fiber, ScatterExit, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::{Uniform, direction, effort, full_fiber, table_data};
 
@@ -64,7 +64,7 @@ fn far_field(of: fn(Species) -> Fiber, documented: [[f64; 2]; 3]) {
             for (p, (fast, exact)) in energies.enumerate() {
                 let error = f64::from(fast[0]) / exact[0] - 1.0;
                 energy = f64::max(energy, error.abs());
-                // The residual lobe has at most a third of the light of these fibres.
+                // The rest lobe has at most a third of the light of these fibres.
                 let bound = if p == 5 { 0.02 } else { 0.01 };
                 assert!(error.abs() < bound, "{species} at {degrees}°: energy of lobe {p} off by {error}");
             }
@@ -350,7 +350,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         sigma_ma: [0.0, 2.196484, 2.101408],
         g: 0.28365356,
         layers: 0.5829595,
-        exit: vellus::Exit::Open,
+        exit: vellus::ScatterExit::Open,
         medulla_pigment: 0.3,
         wet: 0.0,
         reflectance: None,
@@ -434,7 +434,7 @@ fn density_is_at_least_each_channel() {
         sigma_ma: [1000.0, 6.044026e-5, 1000.0],
         g: 0.0,
         layers: 11.74841,
-        exit: Exit::Reflecting,
+        exit: ScatterExit::Reflecting,
         medulla_pigment: 0.3,
         wet: 0.0,
         reflectance: None,

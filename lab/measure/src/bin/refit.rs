@@ -2,7 +2,7 @@
 //! `cargo run --release --bin refit`. It prints the rows of `FITTED` in
 //! `crates/vellus/src/fiber/species.rs`, and how well they match.
 
-use vellus::{Exit, Fiber, Species};
+use vellus::{ScatterExit, Fiber, Species};
 use vellus_fit::{Refit, refit};
 
 fn main() {
@@ -10,7 +10,7 @@ fn main() {
     for species in Species::ALL.into_iter().filter(|s| only.as_ref().is_none_or(|o| o == s.name())) {
         let published = Fiber::published(species);
         let Refit { fiber: f, nrmse, nrmse_at, log_ratio, albedo } =
-            refit(&published, Exit::Reflecting, &()).expect("the preset is valid");
+            refit(&published, ScatterExit::Reflecting, &()).expect("the preset is valid");
         let row = |f: &Fiber| {
             format!(
                 "κ {:.3} σ_ca {:.3} σ_ms {:.3} σ_ma {:.3} g {:.3} l {:.3} β_n {:.2}",

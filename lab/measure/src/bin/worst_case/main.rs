@@ -22,7 +22,7 @@ use search::{Random, climb, distribution};
 use space::{Case, Limits, Offsets, Point};
 use std::process::ExitCode;
 use std::time::Instant;
-use vellus::{Error as FiberError, Exit, Fiber, Species, TableData, Tables, grid};
+use vellus::{Error as FiberError, ScatterExit, Fiber, Species, TableData, Tables, grid};
 
 /// The quantities to search.
 struct Quantity {
@@ -85,7 +85,7 @@ struct Options {
     steps: usize,
     seed: u64,
     limits: Limits,
-    exit: Exit,
+    exit: ScatterExit,
 }
 
 /// Selects a number of an error.
@@ -106,7 +106,7 @@ fn range(word: &str, value: Option<String>) -> Result<[f64; 2], String> {
 
 /// Reads the command line.
 fn options() -> Result<Options, String> {
-    let (names, limits, exit) = (Vec::new(), Limits::NONE, Exit::default());
+    let (names, limits, exit) = (Vec::new(), Limits::NONE, ScatterExit::default());
     let mut options = Options { names, fibers: 4000, starts: 8, steps: 300, seed: 1, limits, exit };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
@@ -208,12 +208,12 @@ fn tables_at_the_axis(tables: &TableData) {
 }
 
 /// The far field of ten species at four inclinations, grey as measured, and with three colours of the cortex.
-fn presets(tables: &TableData, exit: Exit) {
+fn presets(tables: &TableData, exit: ScatterExit) {
     println!("presets, exit {exit}: far field at θ_o = 0°, 30°, 60°, 80°, L1 of R + TT + TRT, and of TTs + TRTs");
     for colour in [None, Some([0.2, 0.4, 0.8]), Some([0.5, 1.0, 3.0])] {
         let (mut unscattered, mut scattered) = (Vec::new(), Vec::new());
         for species in Species::ALL {
-            let fiber = if exit == Exit::Open { Fiber::published(species) } else { Fiber::preset(species) };
+            let fiber = if exit == ScatterExit::Open { Fiber::published(species) } else { Fiber::preset(species) };
             let fiber = colour.map_or(fiber, |colour| fiber.with_absorption(colour));
             for degrees in [0.0f64, 30.0, 60.0, 80.0] {
                 let case = Case { fiber, theta_o: degrees.to_radians(), window: [-1.0, 1.0] };

@@ -1,6 +1,6 @@
 //! The searched space: every valid fibre, inclination, offset and window, as points of a unit cube.
 
-use vellus::{Exit, Fiber, Window};
+use vellus::{ScatterExit, Fiber, Window};
 
 /// Coordinates of a point: η, κ, α, β_m, β_n, σ_ca (3), σ_ms, σ_ma (3), g, l, θ_o, and the two ends of a window.
 pub const DIMENSIONS: usize = 17;
@@ -68,7 +68,7 @@ fn sigma(x: f64) -> f32 {
 
 impl Case {
     /// The case at a point of the cube.
-    pub fn at(x: &Point, offsets: Offsets, grey: bool, exit: Exit) -> Case {
+    pub fn at(x: &Point, offsets: Offsets, grey: bool, exit: ScatterExit) -> Case {
         let channels = |k: usize| [0, 1, 2].map(|c| sigma(x[if grey { k } else { k + c }]));
         let fiber = Fiber {
             // Quadratic and cubic in x, because small values are difficult.
