@@ -130,6 +130,26 @@ typedef struct VellusParameters {
   int32_t exit;
 } VellusParameters;
 
+// A parameter of the table: what an interface shows. The texts belong to the library.
+typedef struct VellusParameter {
+  // The name for vellus_parameters_set() or vellus_parameters_set_word().
+  const char *name;
+  // The words for it in an interface.
+  const char *label;
+  // One line of explanation.
+  const char *description;
+  // The words of a choice, with commas between them. Null for numbers.
+  const char *words;
+  // The smallest value, angles in degrees.
+  double low;
+  // The largest value.
+  double high;
+  // The numbers of a value: 1, 2 (melanin) or 3 (RGB).
+  uint32_t channels;
+  // 1 if it gives the colour: set it after all others.
+  int32_t is_color;
+} VellusParameter;
+
 // A sampled direction.
 typedef struct VellusSample {
   // The direction, a unit vector in the fibre's frame.
@@ -285,7 +305,7 @@ enum VellusStatus vellus_parameters_hair(struct VellusParameters *parameters);
 // The number of species.
 size_t vellus_species_count(void);
 
-// The name of a species, such as "red-fox". It belongs to the library. Null if there are not so many species.
+// The name of a species, such as "red-fox". It belongs to the library. Null for an index that is too large.
 const char *vellus_species_name(size_t index);
 
 // The parameters of a preset: "red-fox" or "red-fox-published". The species are bobcat, cat, deer, dog, mouse, rabbit,
@@ -294,7 +314,7 @@ enum VellusStatus vellus_parameters_preset(const char *name,
                                            struct VellusParameters *parameters);
 
 // Sets a parameter by its name in files, to `count` numbers in the units of files: angles in degrees. The names are
-// those of the fields but `exit`, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
+// those of the fields, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
 // channel is "sigma_ca.r". One number sets all channels of a colour. A reflectance depends on the other parameters, so
 // set it last; one that no pigment gives becomes the nearest, see vellus_parameters_nearest_reflectance(). All
 // parameters must be in their ranges.
@@ -302,6 +322,18 @@ enum VellusStatus vellus_parameters_set(struct VellusParameters *parameters,
                                         const char *name,
                                         const float *values,
                                         size_t count);
+
+// Sets a parameter that is a choice by its name in files, to a word: "exit" to "open" or "reflecting". All parameters
+// must be in their ranges.
+enum VellusStatus vellus_parameters_set_word(struct VellusParameters *parameters,
+                                             const char *name,
+                                             const char *word);
+
+// The number of parameters: those of VellusParameters, then the other ways to give a colour.
+size_t vellus_parameter_count(void);
+
+// The parameter with this index, in an order in which all can be set: colours come last.
+enum VellusStatus vellus_parameter(size_t index, struct VellusParameter *parameter);
 
 // The reflectance that vellus_parameters_set() gives a fibre for `reflectance`, to `nearest` (3 numbers each). They
 // differ if no pigment gives the reflectance: the cuticle reflects light before pigment can absorb it.
@@ -435,6 +467,21 @@ enum VellusStatus vellus_fiber_eval_array(const struct VellusFiber *fiber,
 enum VellusStatus vellus_fiber_sample_array(const struct VellusFiber *fiber,
                                             const struct VellusQueries *queries,
                                             const struct VellusSamples *samples);
+
+// f·cos θᵢ and density of many queries, each with its own fibre and its own hit. `parameters` points to those of the
+// first query, and those of query i are `i * stride` bytes further on. A stride of 0 gives all queries the same. All
+// input is checked before the first result is written. The bits are those of single queries. Neighbours with the same
+// parameters share the work of a fibre, so sort queries by fibre.
+enum VellusStatus vellus_parameters_eval_array(const struct VellusParameters *parameters,
+                                               size_t stride,
+                                               const struct VellusQueries *queries,
+                                               const struct VellusValues *values);
+
+// Draws a direction for each of many hits, each of its own fibre. As vellus_parameters_eval_array().
+enum VellusStatus vellus_parameters_sample_array(const struct VellusParameters *parameters,
+                                                 size_t stride,
+                                                 const struct VellusQueries *queries,
+                                                 const struct VellusSamples *samples);
 
 // f·cos θᵢ and density of many directions `wi` of one hit. The bits are those of Hit::eval_pdf8 in Rust.
 enum VellusStatus vellus_hit_eval_array(const struct VellusHit *hit,

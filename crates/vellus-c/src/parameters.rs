@@ -118,7 +118,7 @@ pub extern "C" fn vellus_species_count() -> usize {
     SPECIES.len()
 }
 
-/// The name of a species, such as "red-fox". It belongs to the library. Null if there are not so many species.
+/// The name of a species, such as "red-fox". It belongs to the library. Null for an index that is too large.
 #[unsafe(no_mangle)]
 pub extern "C" fn vellus_species_name(index: usize) -> *const c_char {
     SPECIES.get(index).map_or(std::ptr::null(), |name| name.as_ptr())

@@ -16,7 +16,7 @@ const MAY_PASS: i32 = 75;
 /// The first and the longest wait after a temporary failure: a full disk is not empty at once.
 const WAIT: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)];
 
-/// The last lines of a log are looked for in so many bytes at its end.
+/// The last lines of a log are looked for in this many bytes at its end.
 const TAIL: usize = 4096;
 
 /// Runs tasks of a plan with the command `vellus`.

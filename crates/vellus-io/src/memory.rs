@@ -1,6 +1,6 @@
 //! Memory that a user's number asks for.
 
-/// Whether the system gives so many bytes of memory. Ask before an allocation whose size somebody chose: if it fails,
+/// Whether the system gives this many bytes of memory. Ask before an allocation whose size somebody chose: if it fails,
 /// the program is ended.
 ///
 /// A system may promise more than it has, but none promises a multiple of it.

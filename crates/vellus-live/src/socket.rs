@@ -12,7 +12,7 @@ use std::time::Instant;
 /// pictures, and none are queued.
 const MAX_IN_FLIGHT: u64 = 2;
 
-/// A page that was silent for so many times [`Options::patience`](crate::Options::patience) is given up. Browsers
+/// A page that was silent for this many times [`Options::patience`](crate::Options::patience) is given up. Browsers
 /// answer each ping.
 const SILENT: u32 = 3;
 

@@ -203,7 +203,7 @@ fn profiles(argument: &Bound<'_, PyAny>) -> PyResult<Vec<Given>> {
 ///
 /// `profile`: a `Profile`, or several of the same fibre, which are fitted together. Each then has its own scale, θ_o
 /// and background. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different
-/// fibres, at least 1. `seed`: of these fibres. `huber`: residuals above so many times the noise count for less, at
+/// fibres, at least 1. `seed`: of these fibres. `huber`: residuals above this many times the noise count for less, at
 /// least 1. `exit`: `open` or `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one
 /// value for each channel, angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are
 /// usually fixed: `theta_o` and `background`. `separate`: names of parameters of the fibre that each profile has for

@@ -173,7 +173,7 @@ impl Profile {
     /// the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
     /// values. `background`: what is then added to them, at least 0. `blur`: as for `Profile`; without it, a traced
     /// fibre has cells of the size of `step`. `channels`: 1 or 3. `seed`: another seed gives other noise. `photons`:
-    /// traces a whole fibre with so many photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`,
+    /// traces a whole fibre with this many photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`,
     /// `chiang2016` or `marschner2003`. `progress(done, what)` gets reports.
     ///
     /// Raises `ValueError` for an argument out of range.

@@ -17,7 +17,7 @@ use vellus::{Bcsdf, Fiber, Hit, Lobes, Model, NearHit, Sample, Scattering, Windo
 /// Queries of a chunk: enough to hide the cost of sharing work, and few enough for the processor's cache.
 const CHUNK: usize = 512;
 
-/// From so many queries with the same hit on, the hit is prepared once for all of them.
+/// From this many queries with the same hit on, the hit is prepared once for all of them.
 const SHARED: usize = 8;
 
 /// Fewer near-field queries of a fibre than this are answered one by one.

@@ -24,7 +24,7 @@ const FADE: f32 = 0.25;
 /// is too bright.
 const WIDEST: f32 = 0.01;
 
-/// A version of a prototype with more of the strands than this share is not worth its memory.
+/// A simplified prototype that would keep more than this share of its strands is not built.
 const WORTH: f32 = 0.9;
 
 /// Level of detail: up to which width strands are widened, see [`simplify()`].

@@ -186,7 +186,7 @@ impl Shaping {
         self.tint.map(|tint| (focus + (1.0 - focus) * tint) * cone)
     }
 
-    /// Checks that the axis is finite and not zero, all numbers are in their ranges, and a profile is one of so many
+    /// Checks that the axis is finite and not zero, all numbers are in their ranges, and a profile is one of this many
     /// textures.
     ///
     /// # Errors

@@ -16,8 +16,8 @@ pub enum Wrap {
     Mirror,
     /// Black.
     Black,
-    /// The image consists of so many tiles along this axis, and each is one unit long (UDIM). A tile is interpolated on
-    /// its own. Beyond the tiles, the pixel at the edge continues.
+    /// The image consists of this many tiles along this axis, and each is one unit long (UDIM). A tile is interpolated
+    /// on its own. Beyond the tiles, the pixel at the edge continues.
     Tiles(u16),
 }
 

@@ -94,6 +94,16 @@ mod tests {
         }
     }
 
+    /// Pages have the numbers that tests prove.
+    #[test]
+    fn generated_numbers_are_those_that_tests_prove() {
+        let pages = documents().into_iter().filter(|page| page.ends_with(".md"));
+        for page in pages.chain(["README.md".to_owned(), "PAPER.md".to_owned()]) {
+            let text = std::fs::read_to_string(root().join(&page)).unwrap();
+            crate::generated::file(&page, &crate::numbers::fill(&text));
+        }
+    }
+
     /// The table of the parameters is that of the crate.
     #[test]
     fn generated_table_of_parameters_is_that_of_the_crate() {

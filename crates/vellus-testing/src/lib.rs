@@ -7,6 +7,7 @@
 mod documents;
 pub mod generated;
 mod need;
+pub mod numbers;
 pub mod program;
 mod query;
 pub mod significance;

@@ -10,13 +10,14 @@
 //!
 //! | `ask` | other fields | answer |
 //! |---|---|---|
-//! | `parameters` | | `parameters`, `presets`, `lobes`, `exits`, `base` (the fibre that missing parameters come from) |
+//! | `parameters` | | `parameters`, `presets`, `lobes`, `base` (the fibre that missing parameters come from) |
 //! | `check` | `fiber` | `fiber` with every parameter, `coat` (colour of a dense coat), `note` or null |
 //! | `color` | `fiber`, and `melanin` or `reflectance` or `hair_reflectance` | as `check` |
 //! | `section` | `fiber`, `theta`, `h`, `paths` (0 to 64), `seed` | `medulla` (radius), `rays`, `scattered` |
 //! | `polar` | `fiber`, `theta`, hit, `samples` (8 to 720) | `phi` (degrees), `lobes` (6 × samples × 3, per radian) |
 //! | `longitudinal` | the same | `theta_i` (degrees), `lobes` (6 × samples × 3, per radian) |
 //! | `profile` | `fiber`, `theta`, hit, `rows`, `columns` (2 to 180, 2 to 360) | `values` (rows × columns × 3) |
+//! | `values` | `fiber`, `queries` (rows: both ends of the window, ω_o, ω_i) | `values` (RGB, f cos θᵢ), `pdf` |
 //! | `energy` | `fiber`, `theta`, `samples` (2 to 401) | `h`, `lobes` (6 × samples × 3), `mean` (6 × 3), `total` (3) |
 //!
 //! ```
@@ -31,6 +32,7 @@ mod lobes;
 mod parameters;
 mod request;
 mod section;
+mod values;
 #[cfg(any(test, target_family = "wasm"))]
 mod wasm;
 
@@ -41,7 +43,7 @@ use request::Request;
 use serde_json::{Value, json};
 
 /// The requests, for the message about an unknown one.
-const ASKS: &str = "parameters, check, color, section, polar, longitudinal, profile, energy";
+const ASKS: &str = "parameters, check, color, section, polar, longitudinal, profile, values, energy";
 
 /// Answers a request: JSON in, JSON out. It never panics, and a bad request gets `{"error": "what, where, range"}`.
 pub fn answer(request: &str) -> String {
@@ -58,6 +60,7 @@ fn respond(request: &str) -> Result<Value, String> {
         "polar" => lobes::polar(&request),
         "longitudinal" => lobes::longitudinal(&request),
         "profile" => lobes::profile(&request),
+        "values" => values::values(&request),
         "energy" => energy::energy(&request),
         other => Err(format!("ask = '{other}' is unknown: known are {ASKS}")),
     }

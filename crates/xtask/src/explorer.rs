@@ -70,7 +70,7 @@ fn has_target(root: &Path) -> bool {
 }
 
 /// Compiles the module: with rustup's target, or with Debian's compiler and its source of the standard library.
-fn compile(root: &Path) -> Result<PathBuf, String> {
+pub fn compile(root: &Path) -> Result<PathBuf, String> {
     if let Some(reason) = missing(root) {
         return Err(reason);
     }

@@ -15,7 +15,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// A test that takes so many seconds gets a line as soon as it ends.
+/// A test that takes this many seconds gets a line as soon as it ends.
 const LONG: f64 = 10.0;
 
 /// How much is tested.

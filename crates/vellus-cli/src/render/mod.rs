@@ -104,8 +104,7 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
     /// Level of detail. Keep fewer and wider strands where they are thinner than an eighth of a pixel and a hundredth
-    /// of their length (auto). A number doubles both limits so many times (-1 halves them). Saves memory, with a small
-    /// error.
+    /// of their length (auto). A number N multiplies both limits by 2^N. Saves memory, with a small error.
     #[arg(long, default_value_t = Lod::Off, allow_hyphen_values = true, value_name = "auto|off|BIAS")]
     lod: Lod,
     /// Seed of the random numbers.

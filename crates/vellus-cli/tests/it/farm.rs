@@ -12,7 +12,7 @@ use vellus_testing::{need, succeeds};
 
 const SCENE: &[&str] = &["hair-lock", "--small", "--size", "64x48", "--seed", "5"];
 
-/// Plans a picture of so many samples in `farm`, and renders it at once to `one.exr`.
+/// Plans a picture of this many samples in `farm`, and renders it at once to `one.exr`.
 fn plan(folder: &Path, samples: &str, per_task: &str) {
     let options = [&["--samples", samples, "--per-task", per_task, "-o", "farm", "--"], &SCENE[1..]].concat();
     run(folder, &[&["farm", "plan", SCENE[0]], &options[..]].concat());

@@ -48,7 +48,7 @@ fn estimate<'f>(result: &'f Fit, name: &str) -> &'f Estimate {
     result.estimates.iter().find(|e| e.name == name).unwrap_or_else(|| panic!("{name} is not in {result:?}"))
 }
 
-/// Checks that determined parameters are right within their errors, and that there are at least so many of them.
+/// Checks that determined parameters are right within their errors, and that there are at least this many of them.
 fn check(result: &Fit, profiles: &[Profile], least: usize) {
     let determined = result.estimates.iter().filter(|e| e.determined && e.state == State::Fitted);
     let score = |e: &Estimate| (e.name.clone(), (e.value - truth(profiles, &e.name)) / e.error.unwrap());

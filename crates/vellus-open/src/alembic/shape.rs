@@ -10,7 +10,7 @@ enum Kind {
     Plain,
     /// With a phantom point beyond each end, so that splines begin at their first and end at their last point.
     Pinned,
-    /// With so many of the first points again at the end.
+    /// With this many of the first points again at the end.
     Closed(usize),
     /// A point and a tangent in turn become Bézier curves.
     Hermite,

@@ -12,7 +12,7 @@ use std::path::Path;
 use studio::Studio;
 use vellus_scene::{Scene, Tint, View};
 
-/// Meshes that are so many times larger than the strands are a set, which has its own ground.
+/// A mesh more than this many times larger than the groom counts as a set, and brings its own ground.
 const SET: f32 = 3.0;
 
 /// Width over height of a picture if nothing says it.

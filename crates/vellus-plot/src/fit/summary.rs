@@ -222,7 +222,7 @@ impl Summary<'_> {
         )
     }
 
-    /// The message of an interrupted fit of so many starts: the `written` files contain the best fit so far.
+    /// The message of an interrupted fit of this many starts: the `written` files contain the best fit so far.
     pub fn interruption(&self, written: &[String], starts: usize) -> String {
         let place = match written {
             [] => "is printed above".to_owned(),

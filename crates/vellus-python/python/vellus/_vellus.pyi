@@ -489,7 +489,7 @@ class Profile:
         the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
         values. `background`: what is then added to them, at least 0. `blur`: as for `Profile`; without it, a traced
         fibre has cells of the size of `step`. `channels`: 1 or 3. `seed`: another seed gives other noise. `photons`:
-        traces a whole fibre with so many photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`,
+        traces a whole fibre with this many photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`,
         `chiang2016` or `marschner2003`. `progress(done, what)` gets reports.
 
         Raises `ValueError` for an argument out of range.
@@ -740,7 +740,7 @@ def fit(
 
     `profile`: a `Profile`, or several of the same fibre, which are fitted together. Each then has its own scale, θ_o
     and background. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different
-    fibres, at least 1. `seed`: of these fibres. `huber`: residuals above so many times the noise count for less, at
+    fibres, at least 1. `seed`: of these fibres. `huber`: residuals above this many times the noise count for less, at
     least 1. `exit`: `open` or `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one
     value for each channel, angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are
     usually fixed: `theta_o` and `background`. `separate`: names of parameters of the fibre that each profile has for
@@ -1035,12 +1035,12 @@ class Scene:
         `width`, `height`: pixels. `samples`: of each pixel. `layers`: names as in `Picture`, `cryptomatte` or `all`;
         `None` is what `vellus render` writes. `mode`: `multiscale`, `near` or `far`. `filter`: `tent` or `box`. `seed`:
         another seed gives other noise. `crop`: left, top, width, height of the area to render. `noise`, `time`: also
-        end at this noise, or after so many seconds. `max_depth`: the largest number of scattering events; no limit
+        end at this noise, or after this many seconds. `max_depth`: the largest number of scattering events; no limit
         without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their
-        second hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small
+        second hit, and this many samples of each pixel fill a cache with indirect light before; faster, with a small
         error. `lod`: `auto` keeps fewer, wider strands where they are thinner than an eighth of a pixel and a
-        hundredth of their length; a number in [-8, 8] doubles both limits so many times. `denoise`: with Open
-        Image Denoise.
+        hundredth of their length; a number N in [-8, 8] multiplies both limits by 2^N. `denoise`: with Open Image
+        Denoise.
 
         `callback(state)` is called after each pass, about every `interval` seconds; see `State`. If it returns `False`,
         rendering ends, and the result is the picture so far. `progress`: a bar, if this is a terminal or a notebook.

@@ -191,12 +191,12 @@ impl Scene {
     /// `width`, `height`: pixels. `samples`: of each pixel. `layers`: names as in `Picture`, `cryptomatte` or `all`;
     /// `None` is what `vellus render` writes. `mode`: `multiscale`, `near` or `far`. `filter`: `tent` or `box`. `seed`:
     /// another seed gives other noise. `crop`: left, top, width, height of the area to render. `noise`, `time`: also
-    /// end at this noise, or after so many seconds. `max_depth`: the largest number of scattering events; no limit
+    /// end at this noise, or after this many seconds. `max_depth`: the largest number of scattering events; no limit
     /// without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their
-    /// second hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small
+    /// second hit, and this many samples of each pixel fill a cache with indirect light before; faster, with a small
     /// error. `lod`: `auto` keeps fewer, wider strands where they are thinner than an eighth of a pixel and a
-    /// hundredth of their length; a number in [-8, 8] doubles both limits so many times. `denoise`: with Open
-    /// Image Denoise.
+    /// hundredth of their length; a number N in [-8, 8] multiplies both limits by 2^N. `denoise`: with Open Image
+    /// Denoise.
     ///
     /// `callback(state)` is called after each pass, about every `interval` seconds; see `State`. If it returns `False`,
     /// rendering ends, and the result is the picture so far. `progress`: a bar, if this is a terminal or a notebook.

@@ -27,7 +27,7 @@ const TARGET: f64 = 0.16;
 /// Metering keeps at least this share of the pixels below white.
 const BELOW_WHITE: f64 = 0.98;
 
-/// Metering darkens a picture at most so many stops to keep its highlights.
+/// Metering darkens a picture at most this many stops to keep its highlights.
 const DARKEN: f64 = 1.0;
 
 /// Exposures are multiples of this many stops, so that small changes of a scene do not change the exposure.

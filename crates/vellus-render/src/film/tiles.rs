@@ -64,23 +64,23 @@ pub(super) struct Tiles {
 }
 
 impl Tile {
-    /// The samples of each pixel, so many nominal samples after the plan was made.
+    /// The samples of each pixel, `after` nominal samples after the plan was made.
     fn count(&self, after: u64) -> u64 {
         self.base.saturating_add(after.saturating_mul(self.rate.into()) / UNIT)
     }
 
-    /// Can a film have it that was planned at `start`, and has so many nominal samples?
+    /// Whether this tile can occur in a film that was planned at `start` and now has `samples` nominal samples.
     pub fn is_possible(&self, start: u64, samples: u64) -> bool {
         u64::from(self.rate) <= FASTEST * UNIT && start <= samples && self.count(samples - start) <= MAX_SAMPLES
     }
 }
 
-/// Is a film with so many nominal samples planned anew?
+/// Whether a film with `samples` nominal samples is planned anew.
 pub(crate) fn is_planned_at(samples: u64) -> bool {
     samples >= PILOT && samples.is_power_of_two()
 }
 
-/// The nominal number of samples at which a film with so many is planned next.
+/// The nominal number of samples at which a film with `samples` is planned next.
 pub(crate) fn next_plan(samples: u64) -> u64 {
     (samples + 1).next_power_of_two().max(PILOT)
 }
@@ -214,7 +214,7 @@ mod tests {
     /// A sample is 101 with this probability, and 1 otherwise, in the tiles with events. It is 1 or 1.5 in the others.
     const RARE: f64 = 1.0 / 2000.0;
 
-    /// The mean of the pixels with events, over the exact one, in an adaptive film of so many samples.
+    /// The mean of the pixels with events, over the exact one, in an adaptive film of this many samples.
     fn share(seed: u64, samples: u64) -> f64 {
         let layout = Layout::new(&[], &[]);
         let mut film = Film::new(SIZE, [0, 0, SIZE[0], SIZE[1]], layout.clone());

@@ -25,7 +25,7 @@ const PIXELS: f32 = 2.0;
 /// Records that a largest cell needs to be used, and that any cell needs before it is divided.
 const ENOUGH: u32 = 4;
 
-/// The number of records as which the mean of the surrounding cell counts.
+/// Weight of the parent cell's mean, in records.
 const PRIOR: f32 = 4.0;
 
 /// The light that a full path found behind its second hit.
@@ -38,7 +38,7 @@ pub(crate) struct Record {
     light: Vec<f32>,
 }
 
-/// A hit of a path, as far as the cache tells hits apart.
+/// Cache key of a hit. Hits with equal keys share a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Key {
     pub point: Vec3,
@@ -196,7 +196,7 @@ impl Filling {
             let root = parent == i;
             used[i] = if root { cell.records >= ENOUGH } else { used[parent] };
             for k in 0..self.channels {
-                // The mean of the cell around this one counts as so many records of the same throughput.
+                // The mean of the cell around this one counts as this many records of the same throughput.
                 let weight = cell.throughput[k % 3];
                 let (prior, around) =
                     if root { (0.0, 0.0) } else { (PRIOR / n, self.light[parent * self.channels + k]) };

@@ -55,7 +55,7 @@ pub(crate) trait Trace: Send + Sync {
     fn trace(&self, geometry: &Geometry, shared: Shared<'_>, pixel: [usize; 2], index: u64, values: &mut [f32])
     -> Seen;
 
-    /// Is the model [`Bcsdf`]?
+    /// Whether the model is [`Bcsdf`].
     fn is_bcsdf(&self) -> bool;
 
     /// The same model for changed looks and strands.
@@ -214,7 +214,7 @@ pub(crate) fn trace<M: Model>(
         rays: 0,
         removed: 0.0,
     };
-    // The density with which the ray was sampled, if light sampling was possible, too.
+    // Density of the last scattered direction, for multiple importance sampling. `None` for camera rays.
     let mut pdf = None;
     let mut cut = 0.0;
     let mut thing = None;

@@ -16,7 +16,7 @@ pub enum Event<'a> {
     UnreadableRescue(Error),
     /// The job continues from this rescued film.
     FoundRescue(PathBuf),
-    /// The job continues from so many samples a pixel.
+    /// The job continues from this many samples a pixel.
     Resumed(u64),
     /// The radiance cache is being filled: the share that is done.
     Filling(f64),

@@ -302,7 +302,7 @@ impl<'w> Session<'w> {
         self.checkpoint.film.is_adaptive() || (possible && self.goals.noise.is_some())
     }
 
-    /// Renders so many samples a pixel more.
+    /// Renders this many samples a pixel more.
     fn add(&mut self, samples: u64, progress: &dyn Progress) -> Result<(), Error> {
         if progress.is_cancelled() {
             return Err(Error::Cancelled);

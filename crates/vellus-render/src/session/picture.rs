@@ -98,7 +98,7 @@ impl Picture {
         Ok(files)
     }
 
-    /// The most bytes that the files of a picture with so many pixels take. Noise hardly compresses.
+    /// The most bytes that the files of a picture with this many pixels take. Noise hardly compresses.
     pub fn max_bytes(&self, pixels: u64, layout: &Layout) -> u64 {
         // Three channels are those of a denoised beauty.
         let channels = 3 + self.layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();

@@ -38,10 +38,10 @@ const SAMPLES: u64 = 2;
 /// The distance of the cameras, in radii of the sphere around the strands: rays are nearly parallel.
 const DISTANCE: f32 = 20.0;
 
-/// A coat of which fewer samples than this are seen is not measured. The mean of so many has an error of about 1 %.
+/// A coat of which fewer samples than this are seen is not measured. The mean of this many has an error of about 1 %.
 const FEWEST: u64 = 400;
 
-/// Cells of the grid that finds furred skin have at least so many roots on average.
+/// Cells of the grid that finds furred skin have at least this many roots on average.
 const ROOTS: usize = 8;
 
 /// Roots of each set of strands that look for their skin.

@@ -15,7 +15,7 @@ pub(crate) struct Parts {
     pub faces: Vec<usize>,
 }
 
-/// Reads the parts of a mesh with so many faces. A face that is in no subset with a material has that of the mesh.
+/// Reads the parts of a mesh with this many faces. A face that is in no subset with a material has that of the mesh.
 pub(crate) fn parts(reader: &mut Reader, prim: &str, faces: usize, base: When) -> Result<Parts, Error> {
     let mut parts = Parts { surfaces: vec![surface(reader, prim)?], faces: Vec::new() };
     let own = bound_material(reader, prim)?;

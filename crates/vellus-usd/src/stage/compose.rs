@@ -14,8 +14,8 @@ const SMALL_SITES: usize = 100_000;
 /// That of any stage: up to 2.6 GB and 10 s.
 const MAX_SITES: usize = 1 << 18;
 
-/// A stage may have one site more than [`SMALL_SITES`] for each so many bytes of its files. A prim in a text file needs
-/// about as many, so a file that is slow to read is large.
+/// A stage may have [`SMALL_SITES`] sites, and one more for each of this many bytes of its files. A prim in a text file
+/// needs about as many, so a file that is slow to read is large.
 const BYTES_PER_SITE: u64 = 32;
 
 /// The largest number of prims that are left out because of circles and chains of references and classes.

@@ -32,7 +32,7 @@ pub(crate) struct Level {
 pub(super) enum Faces {
     /// The first corner of each face and the end of the last, and the face of each corner.
     Any { starts: Vec<u32>, of: Vec<u32> },
-    /// All faces have so many.
+    /// All faces have this many.
     Equal(u32),
 }
 

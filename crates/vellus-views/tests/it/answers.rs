@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use vellus::{Bcsdf, Color, Fiber, Lobe, Parameter, Species, Window, direction};
+use vellus_testing::vectors::{Vector, Vectors};
 use vellus_views::{FILES, answer};
 
 fn ask(request: &Value) -> Value {
@@ -50,6 +51,30 @@ fn colours_are_those_of_the_library() {
     assert!(orange["note"].is_null());
     let white = ask(&json!({"ask": "color", "fiber": {"preset": "red-fox"}, "reflectance": [0.001, 0.5, 0.5]}));
     assert!(white["note"].as_str().unwrap().contains("the nearest is"));
+}
+
+#[test]
+fn values_are_the_golden_vectors() {
+    let Vectors { fibers, queries } = Vectors::read();
+    let mut worst = 0.0f32;
+    for (i, fiber) in fibers.iter().enumerate() {
+        let own: Vec<_> = queries.iter().filter(|query| query.fiber == i).collect();
+        let row = |q: &&Vector| [&q.window[..], &q.wo.to_array(), &q.wi.to_array()].concat();
+        let rows: Vec<_> = own.iter().map(row).collect();
+        let answer = ask(&json!({"ask": "values", "fiber": fiber, "queries": rows}));
+        for (query, value) in own.iter().zip(answer["values"].as_array().unwrap()) {
+            worst = worst.max(query.error(numbers(value).try_into().unwrap()));
+        }
+        assert!(numbers(&answer["pdf"]).iter().all(|pdf| *pdf >= 0.0));
+    }
+    println!("largest error {worst:.2} tolerances");
+    assert!(worst <= 1.0, "{worst}");
+    let bad = |row: [f32; 8]| {
+        let answer = ask(&json!({"ask": "values", "fiber": {}, "queries": [row]}));
+        answer["error"].as_str().unwrap_or_default().to_owned()
+    };
+    assert!(bad([0.5, 0.1, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]).contains("queries[0]: the window [0.5, 0.1]"));
+    assert!(bad([0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0]).contains("wo has the length 2"));
 }
 
 #[test]

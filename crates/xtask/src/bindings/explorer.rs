@@ -1,4 +1,4 @@
-//! The fibre explorer in a browser: builds the page and tries every control in Chromium.
+//! The model as WebAssembly: the golden vectors in Node.js, and every control of the fibre explorer in Chromium.
 
 use crate::explorer;
 use crate::run::{Outcome, run, succeeds};
@@ -7,13 +7,30 @@ use std::process::Command;
 
 const PLAYWRIGHT: &str = "playwright-core@1.65.1";
 
-/// Runs the test. The page takes minutes to build if Debian's compiler builds the standard library.
+fn exists(program: &str) -> bool {
+    succeeds(Command::new(program).arg("--version"))
+}
+
+/// Checks the golden vectors with the module of the explorer, without a browser.
+pub fn vectors(root: &Path) -> Result<Outcome, String> {
+    if !exists("node") {
+        return Ok(Outcome::Skipped("no node".to_owned()));
+    }
+    if let Some(reason) = explorer::missing(root) {
+        return Ok(Outcome::Skipped(reason));
+    }
+    let module = explorer::compile(root)?;
+    run(Command::new("node").arg(root.join("integrations/web/vectors.cjs")).arg(module).arg(root.join("vectors")))?;
+    Ok(Outcome::Passed)
+}
+
+/// Runs the test of the page. It takes minutes to build if Debian's compiler builds the standard library.
 pub fn test(root: &Path) -> Result<Outcome, String> {
-    let exists = |program: &&str| succeeds(Command::new(program).arg("--version"));
-    let Some(chromium) = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(exists) else {
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let Some(chromium) = browsers.into_iter().find(|name| exists(name)) else {
         return Ok(Outcome::Skipped("no Chromium".to_owned()));
     };
-    if !exists(&"node") || !exists(&"npm") {
+    if !exists("node") || !exists("npm") {
         return Ok(Outcome::Skipped("no node or npm".to_owned()));
     }
     let tools = root.join("target/tools/node");

@@ -32,7 +32,8 @@ pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
     report.attempt("Python package", 4.0, || python::test(root))
 }
 
-/// Builds the fibre explorer and tries it in a browser.
+/// Tries the model as WebAssembly, and the fibre explorer in a browser.
 pub fn explorer_test(root: &Path, report: &mut Report) -> Result<(), String> {
+    report.attempt("golden vectors in WebAssembly", 15.0, || explorer::vectors(root))?;
     report.attempt("fibre explorer in a browser", 15.0, || explorer::test(root))
 }
