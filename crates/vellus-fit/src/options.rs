@@ -16,8 +16,8 @@ pub struct Options {
     /// gives plain least squares.
     pub huber: f64,
     /// How scattered light leaves the fitted fibre. `None` is [`ScatterExit::Reflecting`] for
-    /// [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus), and [`ScatterExit::Open`] for the other models, which have
-    /// nothing else.
+    /// [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus), and [`ScatterExit::Open`] for the other models, which
+    /// have nothing else.
     pub exit: Option<ScatterExit>,
 }
 

@@ -90,7 +90,7 @@ pub(crate) trait Separable {
     fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]);
     /// The factors in θᵢ.
     fn longitudinal(&self, o: &Outgoing<f32>) -> LongitudinalFactors;
-    /// ScatterExit azimuths of the eight unscattered lobes, as [`Azimuthal::exits`] defines. NaN for lobes with negligible
+    /// Exit azimuths of the eight unscattered lobes, as [`Azimuthal::exits`] defines. NaN for lobes with negligible
     /// energy.
     fn exits(&self) -> [f32; 8];
 }

@@ -14,7 +14,7 @@ use wide::f32x8;
 pub(super) struct Paths {
     /// Energies A of the eight unscattered lobes.
     pub unscattered: Energies,
-    /// ScatterExit azimuths Φ of the eight unscattered lobes.
+    /// Exit azimuths Φ of the eight unscattered lobes.
     pub exit: [f32; 8],
     /// The ray in the medulla. `None` if the ray misses the medulla or is totally reflected off it.
     pub medulla: Option<InMedulla>,

@@ -381,7 +381,8 @@ impl Parameter {
         Ok(())
     }
 
-    /// The same, clamped to the range, and rounded for a choice. Values from textures, and values between control points, may be out of range.
+    /// The same, clamped to the range, and rounded for a choice. Values from textures, and values between control
+    /// points, may be out of range.
     pub fn set_nearest(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [low, high] = self.range().ends().map(|x| self.unit().to_stored(x));
         self.store(fiber, value.map(|x| if x.is_nan() { low } else { x.clamp(low, high) }));

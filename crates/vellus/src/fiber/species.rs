@@ -41,10 +41,10 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
     (Species::Human,     "human",     [0.36, 1.20, 0.70,  2.05,  3.75, 0.41, 3.49, 0.00, 0.28, 1.79]),
 ];
 
-/// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`ScatterExit::Reflecting`]. The other parameters are those of Table 4.
+/// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`ScatterExit::Reflecting`]. The others are those of Table 4.
 ///
-/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`ScatterExit::Open`], because we had no access to
-/// the measurements. `cargo run --release --bin refit` in `lab/` makes this table.
+/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`ScatterExit::Open`], because we had no
+/// access to the measurements. `cargo run --release --bin refit` in `lab/` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
     [0.950, 0.530, 1.563, 0.069, 0.562], // bobcat

@@ -57,7 +57,7 @@ fn bad_fibres_are_refused() {
         (r#"{"colour": 1}"#, "unknown parameter 'colour': known are kappa,"),
         (r#"{"kappa": [0.1, 0.2, 0.3]}"#, "kappa takes one number, not 3"),
         (r#"{"kappa": 0.1, "kappa": 0.2}"#, "kappa is given twice"),
-        (r#"{"kappa": "wide"}"#, "expected a number or an array of numbers"),
+        (r#"{"kappa": "wide"}"#, "kappa takes one number, not a word"),
         (r#"{"sigma_ca": 1, "eumelanin": 1}"#, "colour is given more than once, by sigma_ca and by melanin"),
         (r#"{"preset": "unicorn"}"#, "unknown preset 'unicorn'"),
         ("3", "expected a map of the parameters of a fibre"),
