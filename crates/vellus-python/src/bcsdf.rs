@@ -8,7 +8,7 @@ use crate::query::{Batch, Batches, Of, Task};
 use crate::varying::Parameters;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyString, PyTuple};
 
 /// The reflectance model of one fibre (Yan, Jensen and Ramamoorthi 2017), for arrays of queries.
 ///
@@ -89,7 +89,7 @@ impl<'py> Call<'py> {
         query: Option<&Bound<'py, PyAny>>,
         wo: &Bound<'py, PyAny>,
         (h, window): (Option<&Bound<'py, PyAny>>, Option<&Bound<'py, PyAny>>),
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Self> {
         let name = if task == Task::Sample { "u" } else { "wi" };
@@ -206,7 +206,7 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), parameters, check)?;
@@ -224,7 +224,7 @@ impl Bcsdf {
         wo: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), parameters, check)?;
@@ -243,7 +243,7 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), parameters, check)?;
@@ -270,7 +270,7 @@ impl Bcsdf {
         u: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Sample, Some(u), wo, (h, window), parameters, check)?;
@@ -295,7 +295,7 @@ impl Bcsdf {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), parameters, check)?;

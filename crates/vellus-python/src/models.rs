@@ -5,7 +5,7 @@ use crate::error::value;
 use crate::fiber::{self, Fiber};
 use crate::query::{Batch, Task, colors};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyTuple;
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
 use vellus::{Lobes, Sample, Scattering, Window, WindowSupport};
@@ -118,7 +118,7 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), parameters, check)?;
@@ -134,7 +134,7 @@ impl Model {
         wo: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), parameters, check)?;
@@ -151,7 +151,7 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), parameters, check)?;
@@ -167,7 +167,7 @@ impl Model {
         u: &Bound<'py, PyAny>,
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Sample, Some(u), wo, (h, window), parameters, check)?;
@@ -185,7 +185,7 @@ impl Model {
         h: Option<&Bound<'py, PyAny>>,
         window: Option<&Bound<'py, PyAny>>,
         lobes: bool,
-        parameters: Option<&Bound<'py, PyDict>>,
+        parameters: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), parameters, check)?;

@@ -4,7 +4,7 @@ use crate::arrays::{Real, Rows};
 use crate::error::value;
 use crate::query::Bad;
 use crate::render::values;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vellus::{CoatColors, Fiber, Parameter};
@@ -17,10 +17,15 @@ impl<'py> Parameters<'py> {
     ///
     /// # Errors
     /// `ValueError` for an unknown name and for two colours, `TypeError` for what is no array.
-    pub fn new(given: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
+    pub fn new(given: Option<&Bound<'py, PyAny>>) -> PyResult<Self> {
+        let wrong = |what: &Bound<'py, PyAny>| {
+            let kind = what.get_type();
+            PyTypeError::new_err(format!("parameters must be a dict of arrays by name, not of {kind}"))
+        };
+        let given = given.map(|given| given.cast::<PyDict>().map_err(|_| wrong(given))).transpose()?;
         let mut all: Vec<(Parameter, Real<'py>)> = Vec::new();
         for (name, array) in given.into_iter().flatten() {
-            let parameter = values::parameter(&name.extract::<String>()?)?;
+            let parameter = values::parameter(&name.extract::<String>().map_err(|_| wrong(&name))?)?;
             all.push((parameter, Real::new(&array, parameter.name())?));
         }
         // A reflectance depends on all others, so it is set last.
