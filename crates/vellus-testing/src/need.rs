@@ -22,6 +22,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("openusd", "a python3 with Pixar's module pxr"),
     ("pkg-config", "pkg-config"),
     ("shader-compilers", "glslangValidator or spirv-val"),
+    ("slangc", "the compiler of Slang, slangc, which VELLUS_SLANGC names"),
     ("valgrind", "valgrind"),
 ];
 
