@@ -9,9 +9,9 @@ use naga::{ResourceBinding, ShaderStage};
 /// A shading language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// GLSL 4.60, for OpenGL and, with other bindings, Vulkan.
+    /// GLSL 4.30, for OpenGL and, with other bindings, Vulkan.
     Glsl,
-    /// HLSL, shader model 6.0, for DirectX 12 and Unreal Engine.
+    /// HLSL, shader model 6.0, for DirectX 12 and Unreal Engine. It is also Slang.
     Hlsl,
     /// The Metal Shading Language 2.4.
     Msl,
@@ -76,7 +76,7 @@ fn parsed(source: &str) -> Result<(naga::Module, ModuleInfo), ConvertError> {
 }
 
 fn to_glsl(module: &naga::Module, info: &ModuleInfo, field: Field) -> Result<String, glsl::Error> {
-    let version = glsl::Version::Desktop(460);
+    let version = glsl::Version::Desktop(430);
     let binding_map = (0..5u8).map(|k| (ResourceBinding { group: 0, binding: k.into() }, k)).collect();
     let options = glsl::Options { version, binding_map, ..Default::default() };
     let pipeline = glsl::PipelineOptions {

@@ -19,6 +19,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("engines", "OpenJD, HyperQueue or Slurm"),
     ("gpu", "a GPU, or Mesa's lavapipe"),
     ("mount", "permission to mount a small disk"),
+    ("opengl", "OpenGL 4.3 through EGL without a window, which Mesa has"),
     ("openusd", "a python3 with Pixar's module pxr"),
     ("pkg-config", "pkg-config"),
     ("shader-compilers", "glslangValidator or spirv-val"),

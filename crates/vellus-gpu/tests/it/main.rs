@@ -11,6 +11,6 @@ mod lost;
 #[cfg(feature = "device")]
 mod near_field;
 #[cfg(feature = "convert")]
-mod slang;
+mod ports;
 #[cfg(feature = "trace")]
 mod trace;

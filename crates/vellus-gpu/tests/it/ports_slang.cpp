@@ -1,6 +1,6 @@
 // Runs the compute shader that slangc made of the library, on the processor. `SHADER` is its file and `ENTRY` its entry
-// point. Arguments: the number of queries, the files of the buffers, `-` for the answers. The answers go to standard
-// output.
+// point. Arguments: the number of queries, then pairs of a binding and the file of its buffer, `-` for the answers, in
+// the order in which the HLSL declares them. The answers go to standard output.
 #include SHADER
 
 #include <cstdio>
@@ -19,7 +19,7 @@ int main(int count, char** arguments) {
     std::vector<std::vector<char>> contents;
     std::vector<Bound> buffers;
     size_t answers = 0;
-    for (int k = 2; k < count; ++k) {
+    for (int k = 3; k < count; k += 2) {
         if (arguments[k] == std::string("-")) {
             answers = contents.size();
             contents.emplace_back(queries * size_t{ANSWER});
@@ -29,7 +29,7 @@ int main(int count, char** arguments) {
         }
         buffers.push_back({contents.back().data(), contents.back().size()});
     }
-    // Slang passes the buffers in the order of their declarations, as pointers and sizes.
+    // Slang passes the buffers in this order, as pointers and sizes.
     ComputeVaryingInput groups = {};
     groups.endGroupID = {(queries + 63) / 64, 1, 1};
     ENTRY(&groups, nullptr, buffers.data());
