@@ -143,12 +143,13 @@ fn slang_makes_cuda() {
 }
 
 #[test]
+#[ignore = "full: Mesa compiles the shader for two minutes"]
 fn glsl_has_the_golden_vectors() {
     check(Field::Near, by_opengl);
 }
 
 #[test]
-#[ignore = "test: tables of the far field of 100 fibres"]
+#[ignore = "full: Mesa compiles the shader for two minutes"]
 fn glsl_has_the_golden_vectors_of_the_far_field() {
     check(Field::Far, by_opengl);
 }
