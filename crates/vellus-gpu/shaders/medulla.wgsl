@@ -30,7 +30,9 @@ fn vellus_prepare_inclination(hit: ptr<function, VellusHit>, fiber: u32, theta: 
         (*hit).scale = all.yx * vellus_fiber(fiber, VELLUS_REFRACTION).z;
         (*hit).leaving = all.yx * leaves;
     } else {
-        (*hit).scale = select(1.0 / leaves, vec2<f32>(0.0), leaves <= vec2<f32>(0.0));
+        // By component: HLSL 2021 and Slang do not choose by vectors.
+        let inverse = 1.0 / leaves;
+        (*hit).scale = vec2<f32>(select(inverse.x, 0.0, leaves.x <= 0.0), select(inverse.y, 0.0, leaves.y <= 0.0));
         (*hit).leaving = vec2<f32>(1.0);
     }
 }

@@ -9,9 +9,9 @@ use naga::{ResourceBinding, ShaderStage};
 /// A shading language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// GLSL 4.60, for OpenGL and, with other bindings, Vulkan.
+    /// GLSL 4.30, for OpenGL and, with other bindings, Vulkan.
     Glsl,
-    /// HLSL, shader model 6.0, for DirectX 12 and Unreal Engine.
+    /// HLSL, shader model 6.0, for DirectX 12 and Unreal Engine. It is also Slang.
     Hlsl,
     /// The Metal Shading Language 2.4.
     Msl,
@@ -43,7 +43,7 @@ pub struct ConvertError(String);
 /// the bytes of a file.
 ///
 /// The languages need an entry point and bindings, and those of the queries show how to call the library. Keep the
-/// functions and replace the entry point.
+/// functions and replace the entry point. All loops of the library end, so the text does not count their steps.
 ///
 /// # Errors
 /// [`ConvertError`] with the message of naga.
@@ -55,11 +55,16 @@ pub fn converted(language: Language, field: Field) -> Result<Vec<u8>, ConvertErr
         Language::Glsl => to_glsl(&module, &info, field).map_err(|e| failed(&e))?,
         Language::Hlsl => to_hlsl(&module, &info).map_err(|e| failed(&e))?,
         Language::Msl => {
-            let options = msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
+            let options = msl::Options {
+                lang_version: (2, 4),
+                fake_missing_bindings: true,
+                force_loop_bounding: false,
+                ..Default::default()
+            };
             msl::write_string(&module, &info, &options, &msl::PipelineOptions::default()).map_err(|e| failed(&e))?.0
         }
         Language::SpirV => {
-            let options = spv::Options { lang_version: (1, 3), ..Default::default() };
+            let options = spv::Options { lang_version: (1, 3), force_loop_bounding: false, ..Default::default() };
             let words = spv::write_vec(&module, &info, &options, None).map_err(|e| failed(&e))?;
             return Ok(words.into_iter().flat_map(u32::to_le_bytes).collect());
         }
@@ -76,7 +81,7 @@ fn parsed(source: &str) -> Result<(naga::Module, ModuleInfo), ConvertError> {
 }
 
 fn to_glsl(module: &naga::Module, info: &ModuleInfo, field: Field) -> Result<String, glsl::Error> {
-    let version = glsl::Version::Desktop(460);
+    let version = glsl::Version::Desktop(430);
     let binding_map = (0..5u8).map(|k| (ResourceBinding { group: 0, binding: k.into() }, k)).collect();
     let options = glsl::Options { version, binding_map, ..Default::default() };
     let pipeline = glsl::PipelineOptions {
@@ -91,7 +96,8 @@ fn to_glsl(module: &naga::Module, info: &ModuleInfo, field: Field) -> Result<Str
 }
 
 fn to_hlsl(module: &naga::Module, info: &ModuleInfo) -> Result<String, hlsl::Error> {
-    let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..Default::default() };
+    let options =
+        hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, force_loop_bounding: false, ..Default::default() };
     let mut text = String::new();
     hlsl::Writer::new(&mut text, &options, &hlsl::PipelineOptions::default()).write(module, info, None)?;
     Ok(text)

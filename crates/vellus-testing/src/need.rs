@@ -18,10 +18,13 @@ pub const KINDS: &[(&str, &str)] = &[
     ("disk", "a disk with less than 600 GB of free space"),
     ("engines", "OpenJD, HyperQueue or Slurm"),
     ("gpu", "a GPU, or Mesa's lavapipe"),
+    ("materialx", "a python3 with the module MaterialX"),
     ("mount", "permission to mount a small disk"),
+    ("opengl", "OpenGL 4.3 through EGL without a window, which Mesa has"),
     ("openusd", "a python3 with Pixar's module pxr"),
     ("pkg-config", "pkg-config"),
     ("shader-compilers", "glslangValidator or spirv-val"),
+    ("slangc", "the compiler of Slang, slangc, which VELLUS_SLANGC names"),
     ("valgrind", "valgrind"),
 ];
 

@@ -10,5 +10,7 @@ mod far_field;
 mod lost;
 #[cfg(feature = "device")]
 mod near_field;
+#[cfg(feature = "convert")]
+mod ports;
 #[cfg(feature = "trace")]
 mod trace;

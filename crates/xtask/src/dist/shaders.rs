@@ -15,6 +15,7 @@ pub fn build(dist: &Dist) -> Result<PathBuf, String> {
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         super::command::copy(&dist.root.join(name), &folder.join(name))?;
     }
+    super::command::copy(&dist.root.join("integrations/materialx/vellus.mtlx"), &folder.join("vellus.mtlx"))?;
     let file = dist.out.join(format!("vellus-shaders-{VERSION}.zip"));
     archive::zip(&folder, &file).map(|()| file.clone()).map_err(|e| format!("{}: {e}", file.display()))
 }

@@ -5,9 +5,9 @@ use crate::read::context::Reader;
 use crate::read::look::{PRIMVAR_READER, Shaded};
 use crate::read::network::{Input, Shader, Walk, input};
 use crate::read::shading::value::Value;
-use crate::read::shading::{image, nodes};
+use crate::read::shading::{image, materialx, nodes};
 use crate::stage::Property;
-use vellus::{FiberBuilder, Parameter};
+use vellus::{Fiber, FiberBuilder, Parameter};
 use vellus_scene::{Look, Texture, Tint, Value as Textured};
 
 /// The largest number of nodes that compute one input from others, one behind another. A circle has no end.
@@ -55,6 +55,17 @@ impl<'r, 'a> Mapping<'r, 'a> {
             nested: 0,
             computed: 0,
         }
+    }
+
+    /// Begins with the parameters of hair, and with the exit of the shader's input.
+    pub fn begin_with_defaults(&mut self) -> Result<(), Error> {
+        self.builder = FiberBuilder::new(Fiber::hair());
+        if let Input::Value(at) = input(self.reader.stage, &self.shader.prim, "inputs:exit")? {
+            let exit = self.reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
+            let exit = exit.unwrap_or_default().parse();
+            self.builder.set_exit(exit.map_err(|e: vellus::Error| Error::prim(&self.shader.prim, e.to_string()))?);
+        }
+        Ok(())
     }
 
     /// Sets a parameter, in radians for angles. `from` names the inputs for the report.
@@ -286,7 +297,8 @@ impl<'r, 'a> Mapping<'r, 'a> {
     pub fn finish(self, material: &str) -> Result<Option<Shaded>, Error> {
         let Mapping { reader, shader, builder, textured, mapped, lost, held, primvars, .. } = self;
         held.into_iter().try_for_each(|what| reader.complain(&shader.prim, what))?;
-        if mapped.is_empty() {
+        let is_own = shader.id == materialx::OWN;
+        if mapped.is_empty() && !is_own {
             let what = format!("a {} without inputs that say anything about a fibre is ignored", shader.id);
             reader.warnings.add(&shader.prim, what);
             return Ok(None);
@@ -296,6 +308,10 @@ impl<'r, 'a> Mapping<'r, 'a> {
             reader.warnings.add(&shader.prim, color.to_string());
         }
         let fiber = builder.build().map_err(out_of_range)?;
+        let look = Look { name: reader.name(material)?, fiber, textured };
+        if is_own {
+            return Ok(Some((look, primvars)));
+        }
         let mut what = format!("{} is read as a fibre: {}.", shader.id, mapped.join(", "));
         what += " The other parameters are those of --fiber, or of hair without it";
         if fiber.kappa > 0.0 && fiber.sigma_ms == 0.0 {
@@ -305,7 +321,6 @@ impl<'r, 'a> Mapping<'r, 'a> {
             what += &format!(". Not mapped: {}", lost.join(", "));
         }
         reader.warnings.add(&shader.prim, what);
-        let look = Look { name: reader.name(material)?, fiber, textured };
         reader.networks.push(look.name.clone());
         Ok(Some((look, primvars)))
     }

@@ -1,4 +1,4 @@
-//! `ND_chiang_hair_bsdf` of MaterialX 1.39.
+//! `ND_chiang_hair_bsdf` of MaterialX 1.39, and the node of Vellus, `ND_vellus_fiber_bsdf`.
 
 use crate::error::Error;
 use crate::read::shading::hair;
@@ -23,6 +23,41 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     mapping.lose("roughness of TT and TRT along the fibre");
     mapping.lose("azimuthal roughness of R and TRT");
     mapping.known(&["roughness_TRT", "curve_direction"]);
+    Ok(())
+}
+
+/// The definition of the node of Vellus: `integrations/materialx/vellus.mtlx`.
+pub(super) const OWN: &str = "ND_vellus_fiber_bsdf";
+
+/// Reads `ND_vellus_fiber_bsdf`. Its inputs have the names, units and defaults of the parameters. A colour of 0 is not
+/// given, and one that is given replaces sigma_ca.
+pub(super) fn own(mapping: &mut Mapping) -> Result<(), Error> {
+    let prim = mapping.shader.prim.clone();
+    mapping.begin_with_defaults()?;
+    let mut is_colored = false;
+    // Colours come last.
+    for parameter in Parameter::ALL.into_iter().rev() {
+        let name = parameter.name();
+        if !mapping.has(name)? || (parameter == Parameter::SigmaCa && is_colored) {
+            mapping.known(&[name]);
+            continue;
+        }
+        let value = match parameter {
+            Parameter::Melanin => {
+                let [eumelanin, pheomelanin] = pair(mapping, &prim, name, [0.0; 2])?;
+                eumelanin.with(pheomelanin, |a, b| [a[0], b[0], 0.0])
+            }
+            _ => mapping.value(name, [0.0; 3])?,
+        };
+        if parameter.default_value().is_none() {
+            if value == Value::number(0.0) {
+                continue;
+            }
+            is_colored = true;
+        }
+        let stored = |x: f64| if parameter.is_angle() { x.to_radians() } else { x };
+        mapping.set(parameter, value.map_each(stored), name);
+    }
     Ok(())
 }
 

@@ -37,6 +37,7 @@ type Map = fn(&mut Mapping) -> Result<(), Error>;
 fn map_of(id: &str) -> Option<Map> {
     match id {
         "ND_chiang_hair_bsdf" => Some(materialx::map),
+        materialx::OWN => Some(materialx::own),
         "arnold:standard_hair" | "standard_hair" => Some(arnold::map),
         "PxrMarschnerHair" => Some(renderman::map),
         "UsdPreviewSurface" | "ND_UsdPreviewSurface_surfaceshader" => Some(preview::map),

@@ -75,12 +75,13 @@ const OTHER_TYPES: [&str; 21] = [
 ];
 
 /// Nodes whose definition is named after the node alone. Others have the type of their output as a suffix.
-const UNTYPED: [&str; 5] = [
+const UNTYPED: [&str; 6] = [
     "chiang_hair_bsdf",
     "chiang_hair_roughness",
     "chiang_hair_absorption_from_color",
     "deon_hair_absorption_from_melanin",
     "surface",
+    "vellus_fiber_bsdf",
 ];
 
 /// The text layer of a document.

@@ -13,6 +13,7 @@ mod links;
 mod materialx;
 mod meshes;
 mod motion;
+mod own_node;
 mod primvars;
 mod settings;
 mod shading;
