@@ -28,7 +28,7 @@ pub fn values(request: &Request) -> Result<Value, String> {
         }
         let (wo, wi) = (Vec3::from_array(wo), Vec3::new(x, y, z));
         for (name, w) in [("wo", wo), ("wi", wi)] {
-            if !((w.length() - 1.0).abs() < UNIT) {
+            if !(1.0 - UNIT..1.0 + UNIT).contains(&w.length()) {
                 return Err(format!("queries[{i}]: {name} has the length {}: it must be a unit vector", w.length()));
             }
         }

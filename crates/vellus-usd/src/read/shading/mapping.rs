@@ -57,13 +57,16 @@ impl<'r, 'a> Mapping<'r, 'a> {
         }
     }
 
-    /// Begins with the parameters of hair, and with the exit of the shader's input.
+    /// Begins with the parameters of hair, and with the choices of the shader's inputs.
     pub fn begin_with_defaults(&mut self) -> Result<(), Error> {
         self.builder = FiberBuilder::new(Fiber::hair());
-        if let Input::Value(at) = input(self.reader.stage, &self.shader.prim, "inputs:exit")? {
-            let exit = self.reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
-            let exit = exit.unwrap_or_default().parse();
-            self.builder.set_exit(exit.map_err(|e: vellus::Error| Error::prim(&self.shader.prim, e.to_string()))?);
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| !parameter.varies()) {
+            let name = format!("inputs:{parameter}");
+            if let Input::Value(at) = input(self.reader.stage, &self.shader.prim, &name)? {
+                let word = self.reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
+                let set = self.builder.set_word(parameter.name(), &word.unwrap_or_default());
+                set.map_err(|error| Error::prim(&self.shader.prim, error.to_string()))?;
+            }
         }
         Ok(())
     }

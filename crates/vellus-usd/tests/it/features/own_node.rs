@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use vellus::{Color, Exit, Fiber, Parameter, Unit};
+use vellus::{Color, Fiber, Parameter, ParameterUnit, ScatterExit};
 use vellus_testing::program::Limited;
 use vellus_testing::{need, succeeds};
 use vellus_usd::Options;
@@ -26,7 +26,7 @@ fn line(parameter: Parameter) -> String {
         _ => "color3",
     };
     let folder = match parameter {
-        Parameter::Kappa | Parameter::SigmaMs | Parameter::SigmaMa | Parameter::G => "Medulla",
+        Parameter::Kappa | Parameter::SigmaMs | Parameter::SigmaMa | Parameter::G | Parameter::Exit => "Medulla",
         Parameter::SigmaCa | Parameter::MedullaPigment => "Colour",
         Parameter::Reflectance | Parameter::Melanin | Parameter::HairReflectance => "Colour",
         _ => "Fibre",
@@ -35,12 +35,18 @@ fn line(parameter: Parameter) -> String {
     let (range, default) = (parameter.range(), parameter.default_value());
     // A colour of 0 is not given.
     let (low, note) = if default.is_some() { (range.low, "") } else { (0.0, "; 0 is not given") };
-    let degrees = if parameter.unit() == Unit::Degrees { ", degrees" } else { "" };
+    let degrees = if parameter.unit() == ParameterUnit::Degrees { ", degrees" } else { "" };
     let default = default.map_or(0.0, |value| {
         let x = parameter.unit().from_stored(value[0]);
         // Of an angle in radians, a number of single precision.
         format!("{x:.4}").parse().unwrap()
     });
+    if let Some(word) = parameter.word(default as f32) {
+        let (name, choices, doc) = (parameter.name(), parameter.choices().join(","), parameter.description());
+        return format!(
+            r#"    <input name="{name}" type="string" value="{word}" enum="{choices}" uniform="true" uifolder="{folder}" doc="{doc}" />"#
+        );
+    }
     format!(
         r#"    <input name="{}" type="{kind}" value="{}" uimin="{}" uimax="{}" uifolder="{folder}" doc="{}{}{degrees}{note}" />"#,
         parameter.name(),
@@ -113,7 +119,7 @@ fn vellus_reads_the_node_by_its_inputs() {
     let alpha = 3f32.to_radians();
     assert_eq!(
         found,
-        Fiber { kappa: 0.8, alpha, sigma_ca: [0.1, 0.2, 0.3], g: 0.4, exit: Exit::Open, ..Fiber::hair() }
+        Fiber { kappa: 0.8, alpha, sigma_ca: [0.1, 0.2, 0.3], g: 0.4, exit: ScatterExit::Open, ..Fiber::hair() }
     );
     assert_eq!(warnings, 0);
     let melanin = |value: &str| fiber(&format!(r#"<input name="melanin" type="vector2" value="{value}" />"#)).0;
