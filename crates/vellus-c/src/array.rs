@@ -8,9 +8,8 @@ use crate::query::{VELLUS_LOBES, VellusSample, direction, uniform};
 use crate::status::{Failure, VellusStatus, guard};
 use crate::window::VellusWindow;
 use std::ops::Range;
-use vellus::glam::Vec3;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Lobes, Sample, Window};
+use vellus::{Bcsdf, Hit, Lobes, Sample, Window};
 
 /// The input of many queries. Set fields that a function does not need to zero.
 #[repr(C)]
@@ -268,13 +267,13 @@ impl Fibers {
 }
 
 impl Hits {
-    /// ω_o and the window of a query.
-    fn get(&self, i: usize) -> (Vec3, Window) {
+    /// Calls `f` with the hit of a query.
+    fn with<R>(&self, bcsdf: &Bcsdf, i: usize, f: impl FnOnce(&Hit) -> R) -> R {
         match self {
-            Hits::Near(wo, h) => (wo.get(i).into(), Window::near(h.get(i)[0])),
+            Hits::Near(wo, h) => f(&bcsdf.at(wo.get(i).into(), Window::near(h.get(i)[0]))),
             Hits::Windows(wo, windows) => {
                 let [low, high] = windows.get(i);
-                (wo.get(i).into(), Window::range(low, high))
+                bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), f)
             }
         }
     }
@@ -282,16 +281,14 @@ impl Hits {
 
 fn eval_each(bcsdf: &Bcsdf, queries: Range<usize>, hits: &Hits, wi: &Numbers<3>, values: &Values) {
     for i in queries {
-        let (wo, window) = hits.get(i);
-        let (lobes, pdf) = bcsdf.with_hit(wo, window, |hit| hit.eval_pdf(wi.get(i).into()));
+        let (lobes, pdf) = hits.with(bcsdf, i, |hit| hit.eval_pdf(wi.get(i).into()));
         values.set(i, &lobes, pdf);
     }
 }
 
 fn sample_each(bcsdf: &Bcsdf, queries: Range<usize>, hits: &Hits, u: &Numbers<5>, samples: &Samples) {
     for i in queries {
-        let (wo, window) = hits.get(i);
-        samples.set(i, bcsdf.with_hit(wo, window, |hit| hit.sample(u.get(i))));
+        samples.set(i, hits.with(bcsdf, i, |hit| hit.sample(u.get(i))));
     }
 }
 
