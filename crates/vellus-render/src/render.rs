@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::film::cryptomatte::Count;
 use crate::film::cryptomatte::Thing;
 use crate::film::{Film, Layer, Layout, add};
-use crate::integrator::cache::{Filling, Indirect, RadianceCache, Record};
+use crate::integrator::cache::{Filling, Indirect, RadianceCache, Record, next_growth, samples_for};
 use crate::integrator::path::{Seen, Shared};
 use crate::integrator::settings::Settings;
 use crate::world::World;
@@ -62,12 +62,13 @@ impl World {
     /// i. Neither the number of threads nor the division into ranges changes a picture.
     ///
     /// This checks `progress` for cancellation at every pixel, but reports nothing to it. A [`Session`](crate::Session)
-    /// reports progress. With [`Settings::radiance_cache`], each call fills a cache first, see
-    /// [`World::render_cached`].
+    /// reports progress. With [`Settings::radiance_cache`], each call fills a cache first. It grows with the number of
+    /// samples.
     ///
     /// # Errors
     /// [`Error::OtherFilm`] if the size, area or layers of the film do not match `settings` and this scene.
-    /// [`Error::Cancelled`] if `progress` stopped it. The film then does not change.
+    /// [`Error::Cancelled`] if `progress` stopped it. The film then does not change, but may have the samples before a
+    /// growth of the cache.
     pub fn render(
         &self,
         settings: &Settings,
@@ -75,8 +76,25 @@ impl World {
         samples: Range<u64>,
         progress: &dyn Progress,
     ) -> Result<Statistics, Error> {
-        let cache = self.fill_cache(settings, film.layout(), progress)?;
-        self.render_cached(settings, cache.as_ref(), film, samples, progress)
+        let Some(least) = settings.radiance_cache else {
+            return self.render_cached(settings, None, film, samples, progress);
+        };
+        let (mut cache, mut statistics) = (None, Statistics::default());
+        let Range { mut start, end } = samples;
+        while start < end {
+            let part = start..end.min(next_growth(least, start));
+            cache = Some(self.grown_cache(
+                settings,
+                film.layout(),
+                cache,
+                samples_for(least, start),
+                progress,
+                &mut |_| {},
+            )?);
+            statistics += self.render_cached(settings, cache.as_ref(), film, part.clone(), progress)?;
+            start = part.end;
+        }
+        Ok(statistics)
     }
 
     /// As [`World::render`], with a cache that [`World::fill_cache`] filled for these settings, or with none.
@@ -126,7 +144,8 @@ impl World {
     /// `None` without that setting. `layout` is that of the film: with [`Layer::Lights`] the cache keeps the light of
     /// each group.
     ///
-    /// The cache depends on the scene and on the settings, not on the number of threads. It reports its progress.
+    /// The cache depends on the scene and on the settings, not on the number of threads. It reports its progress. It
+    /// does not grow with the samples of a picture, as those of [`World::render`] and of sessions do.
     ///
     /// # Errors
     /// [`Error::Cancelled`] if `progress` stopped it.
@@ -136,34 +155,48 @@ impl World {
         layout: &Layout,
         progress: &dyn Progress,
     ) -> Result<Option<RadianceCache>, Error> {
-        self.filled_cache(settings, layout, progress, &mut |done| progress.report(done, "filling the radiance cache"))
+        let Some(samples) = settings.radiance_cache else { return Ok(None) };
+        let mut report = |done| progress.report(done, "filling the radiance cache");
+        self.grown_cache(settings, layout, None, samples, progress, &mut report).map(Some)
     }
 
-    /// As [`World::fill_cache`]. `report` receives the share that is done.
-    pub(crate) fn filled_cache(
+    /// A cache with this many samples of each pixel: `cache` with more of them, or a new one. `report` receives the
+    /// share that is done.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if `progress` stopped it.
+    pub(crate) fn grown_cache(
         &self,
         settings: &Settings,
         layout: &Layout,
+        cache: Option<RadianceCache>,
+        samples: u32,
         progress: &dyn Progress,
         report: &mut dyn FnMut(f64),
-    ) -> Result<Option<RadianceCache>, Error> {
-        let Some(samples) = settings.radiance_cache else { return Ok(None) };
+    ) -> Result<RadianceCache, Error> {
+        let (first, cache) = match cache {
+            Some(cache) if cache.samples() >= samples => return Ok(cache),
+            Some(cache) => (cache.samples(), Some(cache)),
+            None => (0, None),
+        };
         let layers: &[Layer] = if layout.has(Layer::Lights) { &[Layer::Lights] } else { &[] };
         let layout = &self.layout(layers);
         let (eye, slope) = self.geometry.view.perspective(settings.size);
-        let mut filling = Filling::new(eye, slope, layout);
+        let mut filling = cache.map_or_else(|| Filling::new(eye, slope, layout), RadianceCache::into_filling);
         // The samples of the picture itself are independent of those of the cache.
         let settings = &Settings { seed: settings.seed ^ CACHE_SEED, radiance_cache: None, ..*settings };
         let shared = Shared { settings, layout, indirect: filling.recorded() };
         let [left, top, width, height] = settings.area();
         let at_once = (RECORDS_AT_ONCE / width).max(1);
-        for index in 0..u64::from(samples) {
-            for first in (0..height).step_by(at_once) {
-                report((index as f64 + first as f64 / height as f64) / f64::from(samples));
-                let rows = (first..height.min(first + at_once)).into_par_iter().map(|y| {
+        for index in first..samples {
+            for top_row in (0..height).step_by(at_once) {
+                let done = f64::from(index - first) + top_row as f64 / height as f64;
+                report(done / f64::from(samples - first));
+                let rows = (top_row..height.min(top_row + at_once)).into_par_iter().map(|y| {
                     let mut values = vec![0.0; layout.channels()];
                     let mut record = |x| {
-                        let seen = self.fibers.trace(&self.geometry, shared, [left + x, top + y], index, &mut values);
+                        let seen =
+                            self.fibers.trace(&self.geometry, shared, [left + x, top + y], index.into(), &mut values);
                         seen.record
                     };
                     let records = (0..width).map_while(|x| (!progress.is_cancelled()).then(|| record(x)));
@@ -177,7 +210,7 @@ impl World {
                 rows.iter().flatten().for_each(|record| filling.add(record));
             }
         }
-        Ok(Some(filling.finish()))
+        Ok(filling.finish(samples))
     }
 
     /// The names of the things that camera rays can hit: sets of strands first, then meshes. All instances of a

@@ -95,8 +95,9 @@ pub struct Args {
     /// the picture, and reports by how much. Start with the brightness of white fur in the picture [default: no limit].
     #[arg(long, value_name = "RADIANCE", allow_hyphen_values = true, value_parser = parse::radiance)]
     clamp_indirect: Option<f32>,
-    /// End paths at their second hit, and take indirect light from a cache that N samples of each pixel fill before.
-    /// Faster and less noise, with a small error; 16 suits most pictures [default: paths are traced to their ends].
+    /// End paths at their second hit, and take indirect light from a cache that N samples of each pixel fill before. It
+    /// grows to an eighth of the samples. Faster and less noise, with a small error that falls with the samples; 16
+    /// suits most pictures [default: paths are traced to their ends].
     #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(1..=65536))]
     radiance_cache: Option<u32>,
     /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but

@@ -8,6 +8,10 @@
 //! Cells are nested: cubes of six sizes, and the eight octants of directions for all but the largest. A small cell has
 //! few records, so its mean is drawn toward the mean of the cell around it. A cell is divided only after it has some
 //! records. Why it is built like this: `docs/notes/2026-11-radiance-cache.md`.
+//!
+//! The cache grows with the picture: each time the number of samples doubles, so does the number that filled it, from an
+//! eighth on. So its error becomes smaller with the samples, and that of the first ones counts less and less. Which
+//! samples fill the cache of a sample depends on its number alone, so a picture does not depend on its division.
 
 use super::color::Rgb;
 use crate::film::Layer;
@@ -27,6 +31,21 @@ const ENOUGH: u32 = 4;
 
 /// Weight of the parent cell's mean, in records.
 const PRIOR: f32 = 4.0;
+
+/// A picture of so many samples has a cache of an eighth of them.
+const SHARE: u64 = 8;
+
+/// How many samples of each pixel fill the cache of a sample, if the first have `least`.
+pub(crate) fn samples_for(least: u32, sample: u64) -> u32 {
+    let grown = if sample == 0 { 0 } else { (1 << sample.ilog2()) / SHARE };
+    u32::try_from(grown).unwrap_or(u32::MAX).max(least)
+}
+
+/// The first sample after this one whose cache has more samples.
+pub(crate) fn next_growth(least: u32, sample: u64) -> u64 {
+    let more = (u64::from(least) * SHARE + 1).max(sample.saturating_add(1));
+    more.checked_next_power_of_two().unwrap_or(u64::MAX)
+}
 
 /// The light that a full path found behind its second hit.
 #[derive(Clone, Debug)]
@@ -187,9 +206,10 @@ impl Filling {
         }
     }
 
-    /// The means of all cells.
-    pub(crate) fn finish(mut self) -> RadianceCache {
+    /// The means of all cells, after this many samples of each pixel.
+    pub(crate) fn finish(self, samples: u32) -> RadianceCache {
         let mut used = vec![true; self.cells.len()];
+        let mut light = self.light.clone();
         // A parent comes before its children.
         for (i, cell) in self.cells.iter().enumerate() {
             let (parent, n) = (cell.parent as usize, cell.records as f32);
@@ -198,15 +218,13 @@ impl Filling {
             for k in 0..self.channels {
                 // The mean of the cell around this one counts as this many records of the same throughput.
                 let weight = cell.throughput[k % 3];
-                let (prior, around) =
-                    if root { (0.0, 0.0) } else { (PRIOR / n, self.light[parent * self.channels + k]) };
-                let sum = self.light[i * self.channels + k] + prior * weight * around;
+                let (prior, around) = if root { (0.0, 0.0) } else { (PRIOR / n, light[parent * self.channels + k]) };
+                let sum = light[i * self.channels + k] + prior * weight * around;
                 let mean = sum / (weight * (1.0 + prior));
-                self.light[i * self.channels + k] = if weight > 0.0 { mean } else { around };
+                light[i * self.channels + k] = if weight > 0.0 { mean } else { around };
             }
         }
-        self.table.retain(|_, index| used[*index as usize]);
-        RadianceCache { grid: self.grid, channels: self.channels, table: self.table, light: self.light }
+        RadianceCache { filling: self, samples, used, light }
     }
 }
 
@@ -215,9 +233,10 @@ impl Filling {
 /// [`World::fill_cache`](crate::World::fill_cache) makes it.
 #[derive(Debug)]
 pub struct RadianceCache {
-    grid: Grid,
-    channels: usize,
-    table: Table,
+    filling: Filling,
+    samples: u32,
+    /// Whether a cell has enough records around it.
+    used: Vec<bool>,
     /// The mean light of each cell.
     light: Vec<f32>,
 }
@@ -228,25 +247,39 @@ impl RadianceCache {
     ///
     /// `u` in [0, 1)³ moves the point by up to half a cell of size 0, so that the edges of cells do not show.
     pub(super) fn radiance(&self, key: &Key, u: [f32; 3]) -> Option<&[f32]> {
-        let side = self.grid.side(key.point);
+        let Filling { grid, channels, table, .. } = &self.filling;
+        let side = grid.side(key.point);
         let moved = Key { point: key.point + (Vec3::from(u) - 0.5) * side, ..*key };
-        let found = SIZES.iter().rev().find_map(|&size| self.table.get(&self.grid.cell(&moved, side, size)));
-        found.map(|&index| &self.light[index as usize * self.channels..][..self.channels])
+        let found = SIZES.iter().rev().find_map(|&size| table.get(&grid.cell(&moved, side, size)));
+        let index = found.map(|&index| index as usize).filter(|&index| self.used[index])?;
+        Some(&self.light[index * channels..][..*channels])
+    }
+
+    /// The samples of each pixel that filled it.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Goes on with filling it.
+    pub(crate) fn into_filling(self) -> Filling {
+        self.filling
     }
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.table.len()
+        self.filling.cells.len()
     }
 
     /// Bytes in memory.
     pub fn bytes(&self) -> usize {
-        self.table.capacity() * (size_of::<(u64, u32)>() + 1) + self.light.capacity() * size_of::<f32>()
+        let Filling { table, cells, light, .. } = &self.filling;
+        let means = (light.capacity() + self.light.capacity()) * size_of::<f32>() + self.used.capacity();
+        table.capacity() * (size_of::<(u64, u32)>() + 1) + cells.capacity() * size_of::<Cell>() + means
     }
 
     /// Whether it has the light of these layers.
     pub(crate) fn fits(&self, layout: &Layout) -> bool {
-        self.channels == channels(layout).len()
+        self.filling.channels == channels(layout).len()
     }
 }
 
@@ -267,7 +300,30 @@ impl Indirect<'_> {
         match self {
             Indirect::Traced => None,
             Indirect::Recorded(grid) => Some(grid),
-            Indirect::Cached(cache) => Some(&cache.grid),
+            Indirect::Cached(cache) => Some(&cache.filling.grid),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cache_grows_to_an_eighth_of_the_samples() {
+        for least in [1, 3, 8, 16] {
+            let mut next = 0;
+            for sample in 0..5000 {
+                let filled = samples_for(least, sample);
+                assert!(filled >= least && u64::from(filled) <= (sample / SHARE).max(least.into()), "{least} {sample}");
+                assert!(u64::from(filled) * 2 * SHARE > sample, "{least} {sample}: {filled}");
+                if sample == next {
+                    next = next_growth(least, sample);
+                    assert!(samples_for(least, next) > filled);
+                }
+                assert_eq!(samples_for(least, next - 1), filled);
+            }
+        }
+        assert_eq!(next_growth(16, u64::MAX), u64::MAX);
     }
 }

@@ -35,8 +35,9 @@ pub struct Settings {
     /// picture. If it is `None`, there is no limit and no bias.
     pub clamp_indirect: Option<f32>,
     /// The number of samples of each pixel, at least 1, that fill a [`RadianceCache`](crate::RadianceCache) before
-    /// rendering. Paths then end at their second hit, which is faster and has less noise, but has a small bias. If it
-    /// is `None`, paths are traced to their ends, without bias.
+    /// rendering. The cache grows to an eighth of the picture's samples. Paths end at their second hit, which is faster
+    /// and has less noise, but has a small bias, which falls with the samples. If it is `None`, paths are traced to
+    /// their ends, without bias.
     pub radiance_cache: Option<u32>,
 }
 

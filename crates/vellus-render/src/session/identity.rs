@@ -78,7 +78,7 @@ impl Identity<'_> {
             .field("sources", sources.0);
         // Pictures without a cache have the identity that they had before there were caches. The same holds for others.
         let digest = match radiance_cache {
-            Some(samples) => digest.field("radiance cache", samples.to_le_bytes()),
+            Some(samples) => digest.field("growing radiance cache", samples.to_le_bytes()),
             None => digest,
         };
         match self.lod {

@@ -37,7 +37,7 @@ use crate::error::Error;
 use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
 use crate::film::tiles::{is_planned_at, next_plan};
 use crate::film::{Film, Layer, picture::Notes};
-use crate::integrator::cache::RadianceCache;
+use crate::integrator::cache::{RadianceCache, next_growth, samples_for};
 use crate::integrator::settings::Settings;
 use crate::packed::RowTracer;
 use crate::render::Statistics;
@@ -173,7 +173,7 @@ pub struct Session<'w> {
     settings: Settings,
     /// Computes the samples instead of the processor.
     tracer: Option<Box<dyn RowTracer>>,
-    /// Filled before the first pass, if the settings ask for it.
+    /// Filled before the first pass, if the settings ask for it. It grows with the samples.
     cache: Option<RadianceCache>,
     goals: Goals,
     exact: bool,
@@ -265,8 +265,12 @@ impl<'w> Session<'w> {
             if self.is_adaptive() {
                 samples = samples.min(next_plan(state.samples) - state.samples);
             }
+            if let Some(least) = self.settings.radiance_cache {
+                let first = self.checkpoint.samples.end;
+                samples = samples.min(next_growth(least, first) - first);
+            }
             let began = Instant::now();
-            match self.add(samples, progress) {
+            match self.fill_cache(progress, &mut |_| {}).and_then(|()| self.add(samples, progress)) {
                 Ok(()) => {}
                 Err(Error::Cancelled) => return Ok(End::Interrupted),
                 Err(error) => return Err(error.into()),
@@ -277,16 +281,18 @@ impl<'w> Session<'w> {
         }
     }
 
-    /// Fills the radiance cache, if the settings ask for one, this session has none, and samples are missing.
+    /// Fills the radiance cache for the next samples, if the settings ask for one and samples are missing.
     /// [`Session::run`] does it, too.
     /// `report` receives the share that is done.
     ///
     /// # Errors
     /// [`Error::Cancelled`] if `progress` stopped it. The session then has no cache.
     pub fn fill_cache(&mut self, progress: &dyn Progress, report: &mut dyn FnMut(f64)) -> Result<(), Error> {
-        if self.cache.is_none() && self.checkpoint.film.samples() < self.goals.samples {
-            let layout = self.checkpoint.film.layout();
-            self.cache = self.world.filled_cache(&self.settings, layout, progress, report)?;
+        let Some(least) = self.settings.radiance_cache else { return Ok(()) };
+        let (next, layout) = (self.checkpoint.samples.end, self.checkpoint.film.layout());
+        if self.checkpoint.film.samples() < self.goals.samples {
+            let (cache, samples) = (self.cache.take(), samples_for(least, next));
+            self.cache = Some(self.world.grown_cache(&self.settings, layout, cache, samples, progress, report)?);
         }
         Ok(())
     }

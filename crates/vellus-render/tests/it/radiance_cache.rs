@@ -109,25 +109,50 @@ fn white_furnace() {
     }
 }
 
-/// Neither the division into ranges nor the number of threads nor an interruption changes a picture with a cache.
+/// The cache grows with the picture, so its error goes to zero. A cache that does not grow keeps its error: the mean
+/// square difference of the pixels to full paths is then several times as large. The noise of all pictures is a part of
+/// all numbers. Found: 0.12 of the error with 128 samples, and 0.10 of that of a fixed cache.
+#[test]
+#[ignore = "test: 3 million samples"]
+fn the_error_of_a_growing_cache_goes_to_zero() {
+    let world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
+    let truth = render(&world, &Settings { seed: 5, ..Settings::new(SIZE) }, 8192).0;
+    let settings = with_cache(6, 1);
+    let error = |film: &Film| {
+        let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        let square = |(x, y)| (film.mean(x, y, Layer::Beauty, 0) - truth.mean(x, y, Layer::Beauty, 0)).powi(2);
+        pixels.map(square).sum::<f64>()
+    };
+    let growing = [128, 2048].map(|samples| error(&render(&world, &settings, samples).0));
+    let cache = world.fill_cache(&settings, truth.layout(), &()).unwrap().unwrap();
+    assert_eq!(cache.samples(), 1);
+    let mut film = Film::new(SIZE, settings.area(), world.layout(&[Layer::Beauty, Layer::Lights]));
+    world.render_cached(&settings, Some(&cache), &mut film, 0..2048, &()).unwrap();
+    let fixed = error(&film);
+    println!("growing {growing:.5?}, fixed {fixed:.5}");
+    assert!(growing[1] < 0.25 * growing[0] && growing[1] < 0.2 * fixed);
+}
+
+/// Neither the division into ranges nor the number of threads nor an interruption changes a picture with a cache. The
+/// cache grows at the samples 16 and 32.
 #[test]
 fn a_cached_picture_does_not_depend_on_its_division() {
     let world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
-    let settings = with_cache(7, 4);
-    let whole = render(&world, &settings, 8).0;
+    let settings = with_cache(7, 1);
+    let whole = render(&world, &settings, 40).0;
     let layers = vec![Layer::Beauty, Layer::Lights];
-    let options = |samples| Options { samples, layers: layers.clone(), ..Options::new(settings, 8) };
+    let options = |samples| Options { samples, layers: layers.clone(), ..Options::new(settings, 40) };
     let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let run = |samples| {
         let mut session = Session::new(&world, options(samples)).unwrap();
         session.run(&(), |_| Ok::<(), Error>(())).unwrap();
         session.into_checkpoint()
     };
-    let (mut first, second) = single.install(|| (run(0..3), run(3..8)));
+    let (mut first, second) = single.install(|| (run(0..19), run(19..40)));
     first.film.merge(&second.film);
     assert_eq!(first.film, whole);
-    let mut session = Session::new(&world, options(0..8)).unwrap();
-    session.resume(run(0..3)).unwrap();
+    let mut session = Session::new(&world, options(0..40)).unwrap();
+    session.resume(run(0..19)).unwrap();
     session.run(&(), |_| Ok::<(), Error>(())).unwrap();
     assert_eq!(*session.film(), whole);
 }
