@@ -10,8 +10,8 @@
 //! records. Why it is built like this: `docs/notes/2026-11-radiance-cache.md`.
 //!
 //! The cache grows with the picture: each time the number of samples doubles, so does the number that filled it, once
-//! it is an eighth. So its error becomes smaller with the samples, and that of the first ones counts less and less. Which
-//! samples fill the cache of a sample depends on its number alone, so a picture does not depend on its division.
+//! it is an eighth. So its error becomes smaller with the samples, and that of the first ones counts less and less.
+//! Which samples fill the cache of a sample depends on its number alone, so a picture does not depend on its division.
 
 use super::color::Rgb;
 use crate::film::Layer;
