@@ -50,7 +50,7 @@ def test_golden_vectors():
 def test_parameters_may_differ_from_query_to_query(at):
     """Each query has the value of a fibre with its parameters. The last digits may differ, where eight are at once."""
     rng = np.random.default_rng(3)
-    wo, wi = unit(rng.normal(size=3)), unit(rng.normal(size=(3, 40, 3)))
+    wo, wi = unit(rng), unit(rng, 3, 40)
     kappa, beta_n = rng.uniform(0, 0.95, (3, 1)), rng.uniform(3, 30, 40)
     sigma = np.repeat(rng.uniform(0, 1, (3, 8, 3)), 5, axis=1)
     parameters = {"kappa": kappa, "beta_n": beta_n, "sigma_ca": sigma}
@@ -72,7 +72,7 @@ def test_parameters_may_differ_from_query_to_query(at):
 
 def test_colours_may_differ_from_query_to_query(fox):
     colors = np.random.default_rng(4).uniform(0.1, 0.8, (6, 3))
-    wi = unit(np.ones(3))
+    wi = np.full(3, 3**-0.5)
     f = fox.eval(wi=wi, wo=X, h=0.1, parameters={"reflectance": colors})
     for color, value in zip(colors, f):
         fiber = vellus.Fiber("red-fox", reflectance=tuple(color))
@@ -90,8 +90,8 @@ def test_colours_may_differ_from_query_to_query(fox):
     "parameters, part",
     [
         ({"kappa": [0.5, 1.5]}, r"kappa\[1\]: kappa = 1.5 is out of range"),
-        ({"kapa": 0.5}, "parameter 'kapa' is unknown"),
-        ({"exit": 1}, "parameter 'exit' is unknown"),
+        ({"kapa": 0.5}, 'parameter "kapa" is unknown'),
+        ({"exit": 1}, 'parameter "exit" is unknown'),
         ({"sigma_ca": [0.1, 0.2]}, "sigma_ca has the shape"),
         ({"sigma_ca": 0.1, "melanin": [1, 1]}, "only one parameter may give the colour"),
         ({"kappa": np.full(3, 0.5), "eta": np.full(4, 1.5)}, "do not fit together"),

@@ -184,7 +184,7 @@ class Fiber:
     def __reduce__(self) -> tuple[Any, ...]: ...
     @staticmethod
     def _from_state(
-        state: Sequence[float], exit: str, reflectance: tuple[float, float, float] | None = None
+        state: Sequence[Sequence[float]], reflectance: tuple[float, float, float] | None = None
     ) -> Fiber: ...
 
 @final
