@@ -4,8 +4,8 @@
 
 const fs = require("node:fs");
 
-const [module, folder] = process.argv.slice(2);
-const instance = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(module)));
+const [file, folder] = process.argv.slice(2);
+const instance = new WebAssembly.Instance(new WebAssembly.Module(fs.readFileSync(file)));
 const { memory, vellus_alloc, vellus_answer, vellus_free } = instance.exports;
 
 /** Sends a request to the model, and returns its answer. */
