@@ -29,7 +29,8 @@ const [names, ...fibers] = table("fibers.csv");
 const queries = table("queries.csv").slice(1).map((row) => row.map(Number));
 let worst = 0;
 fibers.forEach((row, index) => {
-  const fiber = Object.fromEntries(row.map((text, i) => [names[i], names[i] === "exit" ? text : Number(text)]).slice(1));
+  const value = (text, i) => [names[i], names[i] === "exit" ? text : Number(text)];
+  const fiber = Object.fromEntries(row.map(value).slice(1));
   const own = queries.filter((query) => query[0] === index);
   const { values } = ask({ ask: "values", fiber, queries: own.map((query) => query.slice(1, 9)) });
   own.forEach((query, i) => values[i].forEach((value, c) => {

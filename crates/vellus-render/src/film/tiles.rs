@@ -75,7 +75,7 @@ impl Tile {
     }
 }
 
-/// Whether a film with `samples` nominal samples is planned anew.
+/// Whether a film with `samples` nominal samples gets a new plan.
 pub(crate) fn is_planned_at(samples: u64) -> bool {
     samples >= PILOT && samples.is_power_of_two()
 }

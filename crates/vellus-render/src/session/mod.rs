@@ -173,7 +173,7 @@ pub struct Session<'w> {
     settings: Settings,
     /// Computes the samples instead of the processor.
     tracer: Option<Box<dyn RowTracer>>,
-    /// Filled before the first pass, if the settings ask for it. It grows with the samples.
+    /// Filled before the first pass, if the settings have one. It grows with the samples.
     cache: Option<RadianceCache>,
     goals: Goals,
     exact: bool,

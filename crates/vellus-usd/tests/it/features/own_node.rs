@@ -43,19 +43,14 @@ fn line(parameter: Parameter) -> String {
     });
     if let Some(word) = parameter.word(default as f32) {
         let (name, choices, doc) = (parameter.name(), parameter.choices().join(","), parameter.description());
-        return format!(
-            r#"    <input name="{name}" type="string" value="{word}" enum="{choices}" uniform="true" uifolder="{folder}" doc="{doc}" />"#
-        );
+        let values = format!(r#"value="{word}" enum="{choices}" uniform="true""#);
+        return format!(r#"    <input name="{name}" type="string" {values} uifolder="{folder}" doc="{doc}" />"#);
     }
-    format!(
-        r#"    <input name="{}" type="{kind}" value="{}" uimin="{}" uimax="{}" uifolder="{folder}" doc="{}{}{degrees}{note}" />"#,
-        parameter.name(),
-        list(default),
-        list(low),
-        list(range.high),
-        parameter.description(),
-        parameter.unit().suffix().replace(" degrees", ""),
-    )
+    let name = parameter.name();
+    let values = format!(r#"value="{}" uimin="{}" uimax="{}""#, list(default), list(low), list(range.high));
+    let unit = parameter.unit().suffix().replace(" degrees", "");
+    let doc = format!("{}{unit}{degrees}{note}", parameter.description());
+    format!(r#"    <input name="{name}" type="{kind}" {values} uifolder="{folder}" doc="{doc}" />"#)
 }
 
 #[test]
