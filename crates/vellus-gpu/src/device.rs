@@ -29,6 +29,18 @@ pub enum DeviceError {
         /// The largest size of a buffer.
         limit: u64,
     },
+    /// A scene needs more buffers than a shader of the GPU may have.
+    #[error("the scene needs {needed} buffers of at most {limit} bytes, and the GPU {name} allows {most}")]
+    TooMany {
+        /// The name of the GPU.
+        name: String,
+        /// The number of buffers.
+        needed: usize,
+        /// The largest size of a buffer.
+        limit: u64,
+        /// The largest number of buffers.
+        most: usize,
+    },
     /// A query names a fibre that does not exist.
     #[error("a query names fibre {index}, but there are {count}")]
     NoFiber {
@@ -50,6 +62,7 @@ pub struct Device {
     device: wgpu::Device,
     queue: wgpu::Queue,
     limit: u64,
+    buffers: usize,
     failure: Failure,
 }
 
@@ -97,6 +110,7 @@ impl Device {
         let wgpu::AdapterInfo { name, device_type: kind, .. } = adapter.get_info();
         let limits = adapter.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let buffers = limits.max_storage_buffers_per_shader_stage as usize;
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         match pollster::block_on(adapter.request_device(&descriptor)) {
             Ok((device, queue)) => {
@@ -105,7 +119,7 @@ impl Device {
                 device.set_device_lost_callback(move |_, what| lost.set(what));
                 // Without a handler, wgpu panics.
                 device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| refused.set(e.to_string())));
-                Ok(Device { name, kind, device, queue, limit, failure })
+                Ok(Device { name, kind, device, queue, limit, buffers, failure })
             }
             Err(e) => Err(DeviceError::Refused { name, reason: e.to_string() }),
         }
@@ -131,6 +145,18 @@ impl Device {
     #[cfg(feature = "trace")]
     pub(crate) fn limit(&self) -> u64 {
         self.limit
+    }
+
+    /// Checks that a shader may have this number of buffers.
+    ///
+    /// # Errors
+    /// [`DeviceError::TooMany`].
+    #[cfg(feature = "trace")]
+    pub(crate) fn check_buffers(&self, needed: usize) -> Result<(), DeviceError> {
+        if needed <= self.buffers {
+            return Ok(());
+        }
+        Err(DeviceError::TooMany { name: self.name.clone(), needed, limit: self.limit, most: self.buffers })
     }
 
     /// Compiles an entry point of a shader in WGSL.

@@ -5,7 +5,9 @@
 use crate::error::Error;
 use crate::film::{Film, Layer};
 use libloading::{Library, Symbol};
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, OsStr, c_char, c_void};
+use std::path::PathBuf;
+use std::process::Command;
 
 type Result<T> = std::result::Result<T, Error>;
 
@@ -21,6 +23,28 @@ type Share = unsafe extern "C" fn(Handle, *const c_char, *mut c_void, i32, usize
 type SetBool = unsafe extern "C" fn(Handle, *const c_char, bool);
 type GetError = unsafe extern "C" fn(Handle, *mut *const c_char) -> i32;
 
+/// The library, as the system knows it.
+const NAME: &str = if cfg!(windows) {
+    "OpenImageDenoise.dll"
+} else if cfg!(target_os = "macos") {
+    "libOpenImageDenoise.2.dylib"
+} else {
+    "libOpenImageDenoise.so.2"
+};
+
+/// The library in the package `pyoidn`, if the Python on the path has it.
+fn in_python() -> Option<PathBuf> {
+    // Not from the current folder, which Python would search first.
+    let script = "import importlib.util as u, sys; sys.path.remove(''); \
+                  print(u.find_spec('pyoidn').submodule_search_locations[0], end='')";
+    let asked = ["python3", "python"].iter().find_map(|python| {
+        let output = Command::new(python).args(["-c", script]).output().ok()?;
+        output.status.success().then_some(output.stdout)
+    })?;
+    let folder = PathBuf::from(String::from_utf8(asked).ok()?).join("oidn");
+    [folder.join("lib").join(NAME), folder.join("bin").join(NAME)].into_iter().find(|path| path.is_file())
+}
+
 /// An error of the library.
 fn failed(what: &str) -> Error {
     Error::Denoise(what.to_owned())
@@ -35,26 +59,24 @@ pub struct Denoiser {
 
 impl Denoiser {
     /// Loads the library that the environment variable `VELLUS_OIDN` names. If it is not set, loads version 2 from the
-    /// folders of the system.
+    /// folders of the system, or from the package `pyoidn` of the Python on the path.
     ///
     /// # Errors
     /// [`Error::Denoise`] if there is no such library.
     pub fn load() -> Result<Self> {
-        let name = if cfg!(windows) {
-            "OpenImageDenoise.dll"
-        } else if cfg!(target_os = "macos") {
-            "libOpenImageDenoise.2.dylib"
-        } else {
-            "libOpenImageDenoise.so.2"
-        };
-        let path = std::env::var_os("VELLUS_OIDN").unwrap_or_else(|| name.into());
+        let path = std::env::var_os("VELLUS_OIDN").unwrap_or_else(|| NAME.into());
         // SAFETY: loading runs code of the library; it is the one that the user named or installed.
-        let library = unsafe { Library::new(&path) }.map_err(|e| {
+        let open = |path: &OsStr| unsafe { Library::new(path) };
+        let library = match open(&path) {
+            Err(e) if path == NAME => in_python().and_then(|path| open(path.as_os_str()).ok()).ok_or(e),
+            other => other,
+        };
+        let library = library.map_err(|e| {
             let what = "denoising needs Intel Open Image Denoise 2: install it (for example with `pip install \
-                        pyoidn`), and set VELLUS_OIDN to the path of";
+                        pyoidn`), or set VELLUS_OIDN to the path of";
             // The cause names the file and the reason.
             let cause = std::error::Error::source(&e).map_or_else(|| e.to_string(), ToString::to_string);
-            Error::Denoise(format!("{what} {name}: {cause}"))
+            Error::Denoise(format!("{what} {NAME}: {cause}"))
         })?;
         let denoiser = Denoiser { library: Box::leak(Box::new(library)) };
         // Version 1 has this function under another name.

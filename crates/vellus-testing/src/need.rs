@@ -14,7 +14,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("browser", "node, its module playwright-core, and Chromium"),
     ("c++", "a C++ compiler, c++"),
     ("cc", "a C compiler, cc"),
-    ("denoiser", "Intel Open Image Denoise, which VELLUS_OIDN names"),
+    ("denoiser", "Intel Open Image Denoise, which `pip install pyoidn` installs or VELLUS_OIDN names"),
     ("disk", "a disk with less than 600 GB of free space"),
     ("engines", "OpenJD, HyperQueue or Slurm"),
     ("gpu", "a GPU, or Mesa's lavapipe"),

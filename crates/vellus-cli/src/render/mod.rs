@@ -121,7 +121,8 @@ pub struct Args {
     #[arg(default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id")]
     layers: Layers,
     /// Also write the denoised beauty: as the layer `denoised`, and as the PNG. This needs Intel Open Image Denoise 2:
-    /// install it, or set VELLUS_OIDN to the path of its library. The layers albedo and normal guide it.
+    /// `pip install pyoidn` installs it. Or set VELLUS_OIDN to the path of its library. The layers albedo and normal
+    /// guide it.
     #[arg(long, conflicts_with = "samples")]
     denoise: bool,
     /// Store colours in 32 bits instead of 16.

@@ -186,8 +186,7 @@ fn denoising_reduces_noise() {
         refused_by(&output, &missing, &["libc.so.6 is not Intel Open Image Denoise 2", "pip install pyoidn"]);
     }
     assert!(!folder.path().join("out/render.exr").exists());
-    let library = std::env::var_os("VELLUS_OIDN").ok_or("VELLUS_OIDN names no library");
-    if need("denoiser", library).is_none() {
+    if need("denoiser", vellus_render::denoise::Denoiser::load()).is_none() {
         return;
     }
     run(folder.path(), &with(&["--spp", "256", "-o", "converged.exr"]));

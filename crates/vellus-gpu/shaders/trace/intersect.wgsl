@@ -105,7 +105,9 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
 }
 
 // Tests the segments of a leaf against a ray, and shortens the ray to the nearest hit.
-fn hit_segments(leaf: u32, basis: Basis, any: bool, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+fn hit_segments(
+    leaf: u32, basis: Basis, any: bool, casters: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>
+) {
     let first = near_chords(leaf, 0u, *ray, basis, (*ray).t_max);
     var mask = first | (near_chords(leaf, 1u, *ray, basis, (*ray).t_max) << 4u);
     while mask != 0u {
@@ -113,6 +115,9 @@ fn hit_segments(leaf: u32, basis: Basis, any: bool, ray: ptr<function, Ray>, hit
         mask &= mask - 1u;
         let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
         let margins = chord_row(leaf * 16u + 12u + lane / 4u)[lane & 3u];
+        if HAS_LINKS && casters != NONE && data_word(casters + set_of(point)) == 0u {
+            continue;
+        }
         let entry = enter_segment(segment_of(point), margins, *ray);
         if entry.x > 0.0 {
             (*hit).t = entry.x;
@@ -143,8 +148,46 @@ fn triangle_part(leaf: u32, half: u32, part: u32) -> mat3x4<f32> {
     );
 }
 
+// Whether a triangle lets a ray pass that meets it: because it casts no shadow in the light whose casters these are, or
+// by the chance of its opacity, as in `details.rs` of vellus-render.
+fn passes(triangle: u32, casters: u32, ray: Ray, at: vec2<f32>) -> bool {
+    if !HAS_LINKS && !HAS_OPACITY {
+        return false;
+    }
+    let number = mesh_of(triangle);
+    if HAS_LINKS && casters != NONE && data_word(casters + data_row(SETS).x + number) == 0u {
+        return true;
+    }
+    let mesh = data_row(data_row(SETS).w + number);
+    let row = surface_row(mesh) + 3u;
+    let opacity = data_row(row);
+    if !HAS_OPACITY || (opacity.x == bitcast<u32>(1.0) && opacity.y == 0u && opacity.z == 0u) {
+        return false;
+    }
+    var share = bitcast<f32>(opacity.x);
+    if opacity.z != 0u {
+        share *= texture_at(data_row(TEXTURES).x + opacity.z - 1u, mesh_uv(mesh, triangle - mesh.x, at)).x;
+    }
+    let threshold = bitcast<f32>(opacity.y);
+    if threshold > 0.0 {
+        return share < threshold;
+    }
+    // PCG (O'Neill 2014, as in Jarzynski and Olano 2020). The last word is the time of the ray.
+    let words = array<u32, 8>(
+        triangle, bitcast<u32>(ray.origin.x), bitcast<u32>(ray.origin.y), bitcast<u32>(ray.origin.z),
+        bitcast<u32>(ray.direction.x), bitcast<u32>(ray.direction.y), bitcast<u32>(ray.direction.z), 0u
+    );
+    var bits = 0u;
+    for (var k = 0u; k < 8u; k++) {
+        let state = (bits ^ words[k]) * 747796405u + 2891336453u;
+        let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+        bits = (word >> 22u) ^ word;
+    }
+    return share < 1.0 && f32(bits >> 8u) * (1.0 / 16777216.0) >= share;
+}
+
 // Tests the triangles of a leaf against a ray, and shortens the ray to the nearest hit.
-fn hit_triangles(leaf: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+fn hit_triangles(leaf: u32, casters: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
     let d = (*ray).direction;
     let o = (*ray).origin;
     for (var half = 0u; half < 2u; half++) {
@@ -174,20 +217,21 @@ fn hit_triangles(leaf: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
         while mask != 0u {
             let lane = firstTrailingBit(mask);
             mask &= mask - 1u;
-            if t[lane] < (*ray).t_max {
+            let at = vec2<f32>(u[lane], v[lane]);
+            if t[lane] < (*ray).t_max && !passes(index[lane], casters, *ray, at) {
                 (*ray).t_max = t[lane];
                 (*hit).t = t[lane];
                 (*hit).kind = 2u;
                 (*hit).index = leaf;
                 (*hit).lane = 4u * half + lane;
-                (*hit).uv = vec2<f32>(u[lane], v[lane]);
+                (*hit).uv = at;
             }
         }
     }
 }
 
 // The nearest hit in one object, nearer than the length of the ray. Its nodes are on the stack from `base` up.
-fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, base: u32) -> Hit {
+fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, casters: u32, base: u32) -> Hit {
     var hit: Hit;
     hit.t = ray_in.t_max;
     hit.instance = NONE;
@@ -208,9 +252,9 @@ fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, base: u32) ->
             continue;
         }
         if strands {
-            hit_segments(leaf, basis, any, &ray, &hit);
+            hit_segments(leaf, basis, any, casters, &ray, &hit);
         } else {
-            hit_triangles(leaf, &ray, &hit);
+            hit_triangles(leaf, casters, &ray, &hit);
         }
         if any && hit.kind != 0u {
             break;
@@ -236,7 +280,8 @@ fn instance_row(instance: u32) -> u32 {
 }
 
 // The nearest hit in the scene, or any hit. The objects in world space come first, then the instances on the way.
-fn hit_scene(ray_in: Ray, any: bool) -> Hit {
+// `casters` is the first number of those that tell which things block the ray, or NONE if all do.
+fn hit_scene(ray_in: Ray, any: bool, casters: u32) -> Hit {
     let roots = data_row(ROOTS);
     var ray = ray_in;
     var best: Hit;
@@ -252,7 +297,7 @@ fn hit_scene(ray_in: Ray, any: bool) -> Hit {
     var leaf = NONE;
     var lane = 8u;
     loop {
-        var hit = hit_object(objects.x, objects.y, inside, any, walk.size);
+        var hit = hit_object(objects.x, objects.y, inside, any, casters, walk.size);
         if hit.kind != 0u {
             hit.t *= unit;
             hit.instance = instance;
@@ -261,6 +306,9 @@ fn hit_scene(ray_in: Ray, any: bool) -> Hit {
             if any {
                 break;
             }
+        }
+        if !HAS_INSTANCES {
+            break;
         }
         // The next instance.
         instance = NONE;
@@ -315,6 +363,39 @@ fn data_pair(index: u32) -> vec2<f32> {
     return vec2<f32>(data_number(index), data_number(index + 1u));
 }
 
+// The texture coordinates of a place of a triangle, from its barycentric coordinates.
+fn mesh_uv(mesh: vec4<u32>, triangle: u32, at: vec2<f32>) -> vec2<f32> {
+    if mesh.w == NONE {
+        return at;
+    }
+    let row = mesh.w + 6u * triangle;
+    return data_pair(row) * (1.0 - at.x - at.y) + data_pair(row + 2u) * at.x + data_pair(row + 4u) * at.y;
+}
+
+// A normal as the normal map of a mesh bends it, as in `triangles.rs` of vellus-render. Without a map, or where texture
+// coordinates do not differ, it stays.
+fn bent_normal(
+    mesh: vec4<u32>, triangle: u32, first: vec3<f32>, second: vec3<f32>, uv: vec2<f32>, normal: vec3<f32>
+) -> vec3<f32> {
+    let row = surface_row(mesh) + 3u;
+    let map = data_row(row).w;
+    if map == 0u || mesh.w == NONE {
+        return normal;
+    }
+    let corner = mesh.w + 6u * triangle;
+    let ab = data_pair(corner + 2u) - data_pair(corner);
+    let ac = data_pair(corner + 4u) - data_pair(corner);
+    let up = select(1.0, -1.0, ab.x * ac.y - ab.y * ac.x < 0.0);
+    let grows = normalize_or((first * ac.y - second * ab.y) * up, vec3<f32>(0.0));
+    let right = normalize_or(grows - normal * dot(grows, normal), vec3<f32>(0.0));
+    if dot(right, right) == 0.0 {
+        return normal;
+    }
+    let texel = texture_at(data_row(TEXTURES).x + map - 1u, uv);
+    let n = texel * data_floats(row + 1u).xyz + data_floats(row + 2u).xyz;
+    return normalize_or(right * n.x + cross(normal, right) * (up * n.y) + normal * n.z, normal);
+}
+
 fn face_of(hit: Hit, ray: Ray) -> Face {
     let half = hit.lane / 4u;
     let lane = hit.lane % 4u;
@@ -331,24 +412,23 @@ fn face_of(hit: Hit, ray: Ray) -> Face {
     face.mesh = mesh_of(index);
     let mesh = data_row(data_row(SETS).w + face.mesh);
     let triangle = index - mesh.x;
-    var plane = normalize_or(cross(first, second), vec3<f32>(0.0, 0.0, 1.0));
-    plane = select(plane, -plane, dot(plane, direction) > 0.0);
+    let front = normalize_or(cross(first, second), vec3<f32>(0.0, 0.0, 1.0));
+    var plane = select(front, -front, dot(front, direction) > 0.0);
     let w = 1.0 - hit.uv.x - hit.uv.y;
-    var normal = plane;
+    face.uv = mesh_uv(mesh, triangle, hit.uv);
+    var normal = front;
     if mesh.z != NONE {
         let row = mesh.z + 3u * triangle;
         let smooth_normal = data_floats(row).xyz * w + data_floats(row + 1u).xyz * hit.uv.x
             + data_floats(row + 2u).xyz * hit.uv.y;
         normal = normalize_or(smooth_normal, plane);
-        normal = select(normal, -normal, dot(normal, plane) < 0.0);
-        // At a silhouette, a shading normal may face away from the ray.
-        normal = select(plane, normal, dot(normal, direction) < 0.0);
     }
-    face.uv = hit.uv;
-    if mesh.w != NONE {
-        let at = mesh.w + 6u * triangle;
-        face.uv = data_pair(at) * w + data_pair(at + 2u) * hit.uv.x + data_pair(at + 4u) * hit.uv.y;
+    if HAS_NORMAL_MAPS {
+        normal = bent_normal(mesh, triangle, first, second, face.uv, normal);
     }
+    normal = select(normal, -normal, dot(normal, plane) < 0.0);
+    // At a silhouette, a shading normal may face away from the ray.
+    normal = select(plane, normal, dot(normal, direction) < 0.0);
     if hit.instance != NONE {
         let row = instance_row(hit.instance) + 3u;
         plane = normalize(transform_vector(row, plane));

@@ -20,6 +20,41 @@ fn light_row(light: u32) -> u32 {
     return data_row(LIGHTS).y + ROWS_OF_LIGHT * light;
 }
 
+// The first number of what reaches the things of a class.
+fn reaching(class_id: u32) -> u32 {
+    return data_row(LIGHTS).z + class_id * (3u * data_row(LIGHTS).x + 1u);
+}
+
+// The probability of a light.
+fn light_share(class_id: u32, light: u32) -> f32 {
+    return data_number(reaching(class_id) + light);
+}
+
+// Bit 0: whether a ray that a thing of a class scattered may find a light by hitting it. Bit 1: whether the light reaches
+// the thing.
+fn finding(class_id: u32, light: u32) -> u32 {
+    return data_word(reaching(class_id) + 2u * data_row(LIGHTS).x + 1u + light);
+}
+
+// The class of a thing: the same lights reach all things of a class.
+fn class_of(thing: u32) -> u32 {
+    if !HAS_LINKS {
+        return 0u;
+    }
+    return data_word(data_row(LINKS).x + thing);
+}
+
+// The first number of the things that cast shadows in a light, or NONE if all do.
+fn casters_of(light: u32) -> u32 {
+    return data_row(light_row(light)).y;
+}
+
+// The gains of a light, for light that diffuse and specular parts scatter.
+fn gains_of(light: u32) -> vec2<f32> {
+    let row = light_row(light);
+    return vec2<f32>(data_floats(row + 9u).w, data_floats(row + 10u).w);
+}
+
 fn cone_pdf(cosine: f32) -> f32 {
     return 1.0 / (VELLUS_TAU * max(1.0 - cosine, 1e-12));
 }
@@ -252,17 +287,17 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
     return s;
 }
 
-// Samples a light and a direction from a point toward it.
-fn sample_light(point: vec3<f32>, u: vec3<f32>) -> LightSample {
+// Samples a light and a direction from a point toward it, for a thing of a class.
+fn sample_light(class_id: u32, point: vec3<f32>, u: vec3<f32>) -> LightSample {
     let lights = data_row(LIGHTS);
     var s: LightSample;
     s.light = NONE;
     if lights.x == 0u {
         return s;
     }
-    let chosen = pick(lights.z, lights.x, u.z).index;
+    let chosen = pick(reaching(class_id) + lights.x, lights.x, u.z).index;
     let row = light_row(chosen);
-    let share = bitcast<f32>(data_row(row).y);
+    let share = light_share(class_id, chosen);
     if share <= 0.0 {
         return s;
     }

@@ -4,10 +4,11 @@
 struct Waiting {
     ray: Ray,
     light: vec3<f32>,
-    group: u32,
+    // The light.
+    which: u32,
     // Whether the light has its own shares of the lobes.
     apart: bool,
-    lobes: array<vec3<f32>, 6>,
+    lobes: array<vec3<f32>, LOBES>,
 }
 
 struct Path {
@@ -26,9 +27,14 @@ struct Path {
     throughput: vec3<f32>,
     // Whether the light belongs to a fibre that the camera sees, and the share of each lobe in it.
     apart: bool,
-    lobes: array<vec3<f32>, 6>,
-    // The number of light samples at the last scattering event.
+    lobes: array<vec3<f32>, LOBES>,
+    // The number of light samples at the last scattering event, and the class of the thing.
     lights: f32,
+    class_id: u32,
+    // The share of diffuse parts in the last scattering event.
+    diffuse: vec3<f32>,
+    // The next light that the ray may find behind things that cast no shadow in it.
+    through: u32,
     rays: u32,
     cut: f32,
     removed: f32,
@@ -90,42 +96,68 @@ fn add_light(path: ptr<function, Path>, unlimited: vec3<f32>, group: u32, events
     if groups != NONE {
         add3(path, groups + 3u * group, light);
     }
-    let lobes = layer(LAYER_LOBES);
-    if (*path).apart && lobes != NONE {
-        for (var p = 0u; p < 6u; p++) {
-            add3(path, lobes + 3u * p, light * (*path).lobes[p]);
+    if HAS_LOBES && (*path).apart {
+        for (var p = 0u; p < LOBES; p++) {
+            add3(path, layer(LAYER_LOBES) + 3u * p, light * (*path).lobes[p]);
         }
     }
 }
 
+// A part over a whole; 0 where the whole is 0.
+fn shares_of(part: vec3<f32>, whole: vec3<f32>) -> vec3<f32> {
+    return select(part / whole, vec3<f32>(0.0), whole <= vec3<f32>(0.0));
+}
+
 fn set_shares(path: ptr<function, Path>, lobes_in: VellusLobes, total: vec3<f32>) {
     var lobes = lobes_in;
-    let inverse = select(1.0 / total, vec3<f32>(0.0), total <= vec3<f32>(0.0));
-    for (var p = 0u; p < 6u; p++) {
-        (*path).lobes[p] = lobes.rgb[p] * inverse;
+    for (var p = 0u; p < LOBES; p++) {
+        (*path).lobes[p] = shares_of(lobes.rgb[p], total);
     }
 }
 
-// Adds the light of an emitter that a ray hit.
-fn found_light(path: ptr<function, Path>, light: u32, emission: Emission, events: u32) {
-    let row = light_row(light);
-    let share = bitcast<f32>(data_row(row).y);
+// The light of an emitter that a ray hit, as it reaches the camera.
+fn light_found(path: ptr<function, Path>, light: u32, emission: Emission, events: u32) -> vec3<f32> {
     var w = 1.0;
+    var radiance = emission.radiance;
     if events > 0u {
-        w = mis_weight((*path).pdf, emission.pdf * share * (*path).lights);
+        w = mis_weight((*path).pdf, emission.pdf * light_share((*path).class_id, light) * (*path).lights);
+        if HAS_GAINS {
+            let gains = gains_of(light);
+            radiance *= gains.y + (gains.x - gains.y) * (*path).diffuse;
+        }
     }
-    add_light(path, (*path).throughput * emission.radiance * w, data_row(row).w, events);
+    return (*path).throughput * radiance * w;
 }
 
 // Adds light later, if its shadow ray is not blocked.
-fn wait_for(path: ptr<function, Path>, ray: Ray, light: vec3<f32>, group: u32) {
+fn wait_for(path: ptr<function, Path>, ray: Ray, light: vec3<f32>, which: u32) {
     let k = (*path).shadows;
     (*path).waiting[k].ray = ray;
     (*path).waiting[k].light = light;
-    (*path).waiting[k].group = group;
-    (*path).waiting[k].apart = (*path).apart;
-    (*path).waiting[k].lobes = (*path).lobes;
+    (*path).waiting[k].which = which;
+    if HAS_LOBES {
+        (*path).waiting[k].apart = (*path).apart;
+        (*path).waiting[k].lobes = (*path).lobes;
+    }
     (*path).shadows = k + 1u;
+}
+
+// The light of each lobe of a fibre toward a direction, with the gains of a light.
+fn gained(lobes_in: VellusLobes, gains: vec2<f32>) -> VellusLobes {
+    var lobes = lobes_in;
+    for (var p = 0u; p < 6u; p++) {
+        lobes.rgb[p] *= select(gains.y, gains.x, p == 3u || p == 4u);
+    }
+    return lobes;
+}
+
+fn sum_of(lobes_in: VellusLobes) -> vec3<f32> {
+    var lobes = lobes_in;
+    var sum = vec3<f32>(0.0);
+    for (var p = 0u; p < 6u; p++) {
+        sum += lobes.rgb[p];
+    }
+    return sum;
 }
 
 // The frame of a fibre at a hit, and what belongs to the strand.
@@ -232,15 +264,11 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         (*path).strand_t = hit.t;
         (*path).strand = before + numbers.z + place.strand + 1u;
         if layer(LAYER_ALBEDO) != NONE {
-            var energy = vellus_energy(&fiber);
-            var sum = vec3<f32>(0.0);
-            for (var p = 0u; p < 6u; p++) {
-                sum += energy.rgb[p];
-            }
-            set_layer3(path, LAYER_ALBEDO, sum);
+            set_layer3(path, LAYER_ALBEDO, sum_of(vellus_energy(&fiber)));
         }
     }
-    let apart = depth == 0u && layer(LAYER_LOBES) != NONE;
+    let apart = HAS_LOBES && depth == 0u;
+    (*path).class_id = class_of(place.strands);
     let a = next4(sampler);
     let b = next4(sampler);
     let count = select(1u, FIRST_LIGHTS, depth == 0u);
@@ -251,13 +279,16 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
             u = next4(sampler);
         }
         // Each sample has its own part of the numbers.
-        let s = sample_light(place.center, vec3<f32>((u.x + f32(k)) / (*path).lights, u.yz));
+        let s = sample_light((*path).class_id, place.center, vec3<f32>((u.x + f32(k)) / (*path).lights, u.yz));
         if s.light == NONE {
             continue;
         }
         let local = to_fiber(place, s.direction);
         let value = fiber_eval(&fiber, local);
-        let total = value.xyz;
+        var total = value.xyz;
+        if HAS_GAINS {
+            total = sum_of(gained(fiber_lobes(&fiber, local), gains_of(s.light)));
+        }
         var w = 1.0 / (*path).lights;
         if s.pdf > 0.0 {
             w = mis_weight(s.pdf * (*path).lights, value.w) / (*path).lights;
@@ -271,11 +302,15 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         let given = select(1.0 / s.pdf, 1.0, s.pdf < 0.0);
         if apart {
             (*path).apart = true;
-            set_shares(path, fiber_lobes(&fiber, local), total);
+            var gains = vec2<f32>(1.0);
+            if HAS_GAINS {
+                gains = gains_of(s.light);
+            }
+            set_shares(path, gained(fiber_lobes(&fiber, local), gains), total);
         }
         let light = (*path).throughput * total * s.radiance * (w * given / asked);
         let shadow = leave_fiber(place, s.direction, s.distance * BEFORE);
-        wait_for(path, shadow, light, data_row(light_row(s.light)).w);
+        wait_for(path, shadow, light, s.light);
     }
     let drawn = fiber_sample(&fiber, b);
     if drawn.pdf <= 0.0 || largest(drawn.weight) <= 0.0 {
@@ -284,6 +319,10 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
     if apart {
         (*path).apart = true;
         set_shares(path, fiber_lobes(&fiber, drawn.wi), drawn.weight * drawn.pdf);
+    }
+    if HAS_GAINS {
+        let lobes = fiber_lobes(&fiber, drawn.wi);
+        (*path).diffuse = shares_of(sum_of(gained(lobes, vec2<f32>(1.0, 0.0))), sum_of(lobes));
     }
     (*path).throughput *= drawn.weight;
     let direction = place.tangent * drawn.wi.x + place.across.x * drawn.wi.y + place.across.y * drawn.wi.z;
@@ -310,17 +349,23 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
         set_layer3(path, LAYER_NORMAL, face.normal);
     }
     (*path).lights = 1.0;
-    let l = sample_light(start, a.xyz);
+    (*path).class_id = class_of(data_row(SETS).x + face.mesh);
+    let l = sample_light((*path).class_id, start, a.xyz);
     if l.light != NONE {
         let wi = vec3<f32>(dot(l.direction, basis.x), dot(l.direction, basis.y), dot(l.direction, face.normal));
         let value = scatter_eval(s, wo, wi);
-        if largest(value.xyz) > 0.0 && dot(l.direction, face.plane) > 0.0 {
+        var f = value.base + value.coat;
+        if HAS_GAINS {
+            let gains = gains_of(l.light);
+            f = value.base * gains.x + value.coat * gains.y;
+        }
+        if largest(f) > 0.0 && dot(l.direction, face.plane) > 0.0 {
             var w = 1.0;
             if l.pdf > 0.0 {
-                w = mis_weight(l.pdf, value.w) / l.pdf;
+                w = mis_weight(l.pdf, value.pdf) / l.pdf;
             }
-            let light = (*path).throughput * value.xyz * l.radiance * w;
-            wait_for(path, Ray(start, l.distance * BEFORE, l.direction), light, data_row(light_row(l.light)).w);
+            let light = (*path).throughput * f * l.radiance * w;
+            wait_for(path, Ray(start, l.distance * BEFORE, l.direction), light, l.light);
         }
     }
     if wo.z <= 0.0 {
@@ -328,10 +373,11 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
     }
     let wi = scatter_sample(s, wo, b.xyz);
     let value = scatter_eval(s, wo, wi);
-    if value.w <= 0.0 {
+    if value.pdf <= 0.0 {
         return false;
     }
-    let f = value.xyz / value.w;
+    let f = (value.base + value.coat) / value.pdf;
+    (*path).diffuse = shares_of(value.base, value.base + value.coat);
     let direction = basis.x * wi.x + basis.y * wi.y + face.normal * wi.z;
     if depth == 0u {
         set_layer3(path, LAYER_ALBEDO, min(f, vec3<f32>(1.0)));
@@ -341,7 +387,7 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
     }
     (*path).throughput *= f;
     (*path).ray = Ray(start, INFINITY, direction);
-    (*path).pdf = value.w;
+    (*path).pdf = value.pdf;
     return true;
 }
 
@@ -415,6 +461,8 @@ fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32
     (*path).throughput = vec3<f32>(1.0);
     (*path).apart = false;
     (*path).lights = 1.0;
+    (*path).class_id = 0u;
+    (*path).through = NONE;
     (*path).rays = 0u;
     (*path).cut = 0.0;
     (*path).removed = 0.0;
@@ -423,27 +471,71 @@ fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32
     (*path).thing = NONE;
 }
 
-// Adds what a ray finds of the lights. Returns whether the path ends there.
-fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
-    let lights = data_row(LIGHTS);
-    let camera = (*path).depth == 0u;
-    // The nearest light with a shape in front of the hit.
-    var seen = Emission(hit.t, vec3<f32>(0.0), 0.0);
-    var light = NONE;
-    for (var k = 0u; k < lights.x; k++) {
-        let row = light_row(k);
-        if camera && data_row(row).z == 0u {
+// Whether a ray may find a light by hitting it. `through` is for rays that pass what casts no shadow in the light.
+fn may_find(path: ptr<function, Path>, light: u32, through: bool) -> bool {
+    if (*path).depth == 0u {
+        return data_row(light_row(light)).z != 0u;
+    }
+    if !HAS_LINKS {
+        return true;
+    }
+    return (finding((*path).class_id, light) & select(1u, 2u, through)) != 0u;
+}
+
+// The nearest light with a shape that a ray finds within its length, and its index, or NONE.
+struct Nearest {
+    light: u32,
+    emission: Emission,
+}
+
+fn nearest_light(path: ptr<function, Path>, ray: Ray, through: bool) -> Nearest {
+    var best = Nearest(NONE, Emission(ray.t_max, vec3<f32>(0.0), 0.0));
+    for (var k = 0u; k < data_row(LIGHTS).x; k++) {
+        if !may_find(path, k, through) {
             continue;
         }
-        let found = meet_light(row, Ray(ray.origin, seen.t, ray.direction));
+        let found = meet_light(light_row(k), Ray(ray.origin, best.emission.t, ray.direction));
         if found.t > 0.0 {
-            seen = found;
-            seen.radiance *= shaping(row, -ray.direction);
-            light = k;
+            best = Nearest(k, found);
         }
     }
-    if light != NONE {
-        found_light(path, light, seen, (*path).depth);
+    if best.light != NONE {
+        best.emission.radiance *= shaping(light_row(best.light), -ray.direction);
+    }
+    return best;
+}
+
+// Lets the next light wait that the ray may find behind things that cast no shadow in it.
+fn find_through(path: ptr<function, Path>) {
+    let ray = (*path).ray;
+    let nearest = nearest_light(path, ray, true);
+    while (*path).through != NONE {
+        let k = (*path).through;
+        (*path).through = select(NONE, k + 1u, k + 1u < data_row(LIGHTS).x);
+        if casters_of(k) == NONE || !may_find(path, k, true) {
+            continue;
+        }
+        var found = nearest.emission;
+        if nearest.light == NONE {
+            found = escape_light(light_row(k), ray, false);
+        } else if nearest.light != k {
+            continue;
+        }
+        if found.pdf >= 0.0 {
+            let light = light_found(path, k, found, (*path).depth);
+            wait_for(path, Ray(ray.origin, found.t * BEFORE, ray.direction), light, k);
+            return;
+        }
+    }
+}
+
+// Adds what a ray finds of the lights. Returns whether the path ends there.
+fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
+    let camera = (*path).depth == 0u;
+    let nearest = nearest_light(path, Ray(ray.origin, hit.t, ray.direction), false);
+    if nearest.light != NONE {
+        let light = light_found(path, nearest.light, nearest.emission, (*path).depth);
+        add_light(path, light, data_row(light_row(nearest.light)).w, (*path).depth);
         return true;
     }
     if hit.kind != 0u {
@@ -453,14 +545,14 @@ fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
         add_light(path, background((*path).pixel, (*path).u), data_row(TEXTURES).z, 0u);
         return true;
     }
-    for (var k = 0u; k < lights.x; k++) {
+    for (var k = 0u; k < data_row(LIGHTS).x; k++) {
         let row = light_row(k);
-        if camera && data_row(row).z == 0u {
+        if !may_find(path, k, false) {
             continue;
         }
         let found = escape_light(row, ray, camera);
         if found.pdf >= 0.0 {
-            found_light(path, k, found, (*path).depth);
+            add_light(path, light_found(path, k, found, (*path).depth), data_row(row).w, (*path).depth);
         }
     }
     return true;
@@ -473,12 +565,18 @@ fn end_shadow(path: ptr<function, Path>, hit: Hit) {
     if hit.kind != 0u {
         return;
     }
+    let light = (*path).waiting[k].light;
+    let group = data_row(light_row((*path).waiting[k].which)).w;
+    // The scattering event has been counted.
+    if !HAS_LOBES {
+        add_light(path, light, group, (*path).depth);
+        return;
+    }
     let was = (*path).apart;
     var kept = (*path).lobes;
     (*path).apart = (*path).waiting[k].apart;
     (*path).lobes = (*path).waiting[k].lobes;
-    // The scattering event has been counted.
-    add_light(path, (*path).waiting[k].light, (*path).waiting[k].group, (*path).depth);
+    add_light(path, light, group, (*path).depth);
     (*path).apart = was;
     (*path).lobes = kept;
 }
@@ -517,6 +615,9 @@ fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray
     }
     // A throughput that is not a number ends the path too.
     (*path).goes_on = (*path).goes_on && largest((*path).throughput) > 0.0;
+    if HAS_LINKS && (*path).goes_on {
+        (*path).through = 0u;
+    }
 }
 
 fn end_path(path: ptr<function, Path>) {
@@ -540,12 +641,19 @@ fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
     begin_path(&path, &sampler, id.x);
     // There is one call that traces rays, for shadow rays too. Compilers insert each call as a copy of the code.
     while path.goes_on || path.shadows > 0u {
+        if HAS_LINKS && path.shadows == 0u && path.through != NONE {
+            find_through(&path);
+        }
         let shadow = path.shadows > 0u;
         var ray = path.ray;
+        var casters = NONE;
         if shadow {
             ray = path.waiting[path.shadows - 1u].ray;
+            if HAS_LINKS {
+                casters = casters_of(path.waiting[path.shadows - 1u].which);
+            }
         }
-        let hit = hit_scene(ray, shadow);
+        let hit = hit_scene(ray, shadow, casters);
         path.rays += 1u;
         if shadow {
             end_shadow(&path, hit);

@@ -87,9 +87,13 @@ struct Scatter {
     emission: vec3<f32>,
 }
 
+// The first row of the surface of a mesh.
+fn surface_row(mesh: vec4<u32>) -> u32 {
+    return data_row(LIGHTS).w + ROWS_OF_SURFACE * mesh.y;
+}
+
 fn scatter_of(face: Face) -> Scatter {
-    let mesh = data_row(data_row(SETS).w + face.mesh);
-    let row = data_row(LIGHTS).w + 3u * mesh.y;
+    let row = surface_row(data_row(data_row(SETS).w + face.mesh));
     let tint = data_row(row);
     var color = bitcast<vec3<f32>>(tint.xyz);
     if tint.w != 0u {
@@ -144,14 +148,21 @@ fn smith_lambda(s: Scatter, w: vec3<f32>) -> f32 {
     return 0.5 * (sqrt(1.0 + s.alpha * s.alpha * tan2) - 1.0);
 }
 
-// f cos in xyz, and the density in w.
-fn scatter_eval(s: Scatter, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
+// f cos of the base and of the coat, and the density.
+struct Scattered {
+    base: vec3<f32>,
+    coat: vec3<f32>,
+    pdf: f32,
+}
+
+fn scatter_eval(s: Scatter, wo: vec3<f32>, wi: vec3<f32>) -> Scattered {
     if wo.z <= 0.0 || wi.z <= 0.0 {
-        return vec4<f32>(0.0);
+        return Scattered(vec3<f32>(0.0), vec3<f32>(0.0), 0.0);
     }
     let share = coat_share(s, wo.z);
     let base = wi.z / VELLUS_PI;
-    var f = s.diffuse * s.color * through_coat(s, wo.z, wi.z) * base;
+    let f = s.diffuse * s.color * through_coat(s, wo.z, wi.z) * base;
+    var coat = vec3<f32>(0.0);
     var pdf = (1.0 - share) * base;
     if share > 0.0 {
         let m = normalize_or(wo + wi, vec3<f32>(0.0, 0.0, 1.0));
@@ -159,10 +170,10 @@ fn scatter_eval(s: Scatter, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
         let t = (m.x * m.x + m.y * m.y) / a2 + m.z * m.z;
         let d = 1.0 / (VELLUS_PI * a2 * t * t);
         let lo = smith_lambda(s, wo);
-        f += schlick(s, dot(m, wo)) * (d / (1.0 + lo + smith_lambda(s, wi)) / (4.0 * wo.z));
+        coat = schlick(s, dot(m, wo)) * (d / (1.0 + lo + smith_lambda(s, wi)) / (4.0 * wo.z));
         pdf += share * d / (1.0 + lo) / (4.0 * wo.z);
     }
-    return vec4<f32>(f, pdf);
+    return Scattered(f, coat, pdf);
 }
 
 // A point of the unit disk (Shirley and Chiu 1997).

@@ -71,7 +71,10 @@ impl Tracer {
             Array::new("vellus_row", "f32", fibers.len(), limit),
         ];
         let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
-        let source = source::shader(&arrays, far_array.as_ref());
+        // The results, the job and the tables have one each.
+        let parts = arrays.iter().chain(&far_array).map(Array::parts).sum::<usize>();
+        device.check_buffers(3 + parts).map_err(failed)?;
+        let source = source::shader(&arrays, far_array.as_ref(), &scene.features, scene.stack);
         let pipeline = device.compile(&source, "trace_rows").map_err(failed)?;
         let mut buffers = vec![device.upload(&shader_tables()).map_err(failed)?];
         let [nodes, chords, triangles, points, data, records] = &arrays;

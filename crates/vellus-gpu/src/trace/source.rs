@@ -72,7 +72,10 @@ impl Array {
 
 /// The whole shader for a scene with these arrays. The bindings are the results, the job, the tables, and the arrays in
 /// their order. `far` is the array with the tables of the far field, if every hit uses it instead of the near field.
-pub(super) fn shader(arrays: &[Array], far: Option<&Array>) -> String {
+///
+/// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks. `stack`
+/// is the number of nodes that can wait.
+pub(super) fn shader(arrays: &[Array], far: Option<&Array>, features: &[(&str, bool)], stack: usize) -> String {
     let mut text = shader_library();
     text.push_str(
         "
@@ -88,10 +91,17 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     for array in arrays.iter().chain(far) {
         text.push_str(&array.declare(&mut binding));
     }
-    let _ = writeln!(text, "const STACK = {}u;", vellus_render::packed::STACK);
+    // Mesa's drivers keep arrays of up to 256 bytes in registers, which are few: the stacks must be larger.
+    let _ = writeln!(text, "const STACK = {}u;", stack.max(65));
     for (name, value) in vellus_render::packed::constants() {
         let _ = writeln!(text, "const {name} = {value};");
     }
+    for (name, value) in features {
+        let _ = writeln!(text, "const {name} = {value};");
+    }
+    // An array has at least one element.
+    let lobes = if features.contains(&("HAS_LOBES", true)) { 6 } else { 1 };
+    let _ = writeln!(text, "const LOBES = {lobes}u;");
     let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
     let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
     let field: &[&str] = if far.is_some() { &[FAR_FIELD, FAR] } else { &[NEAR] };
@@ -161,8 +171,9 @@ mod tests {
         let mut arrays: Vec<Array> =
             ["node_row", "chord_row", "triangle_row", "data_row"].map(|name| rows(name, "u32")).into();
         arrays.extend(["point_row", "vellus_row"].map(|name| rows(name, "f32")));
-        for far in [None, Some(&rows("vellus_far_row", "f32"))] {
-            let text = shader(&arrays, far);
+        let names = ["HAS_LOBES", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
+        for (far, all) in [(None, false), (None, true), (Some(&rows("vellus_far_row", "f32")), true)] {
+            let text = shader(&arrays, far, &names.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
             validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));

@@ -216,7 +216,7 @@ impl Triangles {
         let right = ((q - p) * ac.y - (r - p) * ab.y) * area.signum();
         let normal = smooth.or(scaled_normal(corners).try_normalize())?;
         let bent = self.details.normal(mesh.surface, uv, normal, right.try_normalize()?, area.signum());
-        bent.and_then(Vec3::try_normalize).or(smooth)
+        bent.and_then(Vec3::try_normalize)
     }
 
     /// Whether a ray does not pass a triangle that it hits.
@@ -251,7 +251,8 @@ impl Triangles {
             let n = if m.moved.is_some() { carried(n, self.corners(index, 0.0), corners) } else { n };
             n.normalize_or(plane)
         });
-        let smooth = if self.details.bends(m.surface) { self.bent(m, triangle, corners, uv, smooth) } else { smooth };
+        let bends = self.details.bends(m.surface);
+        let smooth = if bends { self.bent(m, triangle, corners, uv, smooth).or(smooth) } else { smooth };
         // At a silhouette, a shading normal may face away from the ray. The normal of the plane then replaces it.
         let normal = smooth.map_or(plane, |n| if n.dot(plane) < 0.0 { -n } else { n });
         let normal = if normal.dot(ray.direction) < 0.0 { normal } else { plane };

@@ -57,6 +57,11 @@ impl Links {
         self.class[thing] as usize
     }
 
+    /// The classes of all things.
+    pub fn classes(&self) -> &[u32] {
+        &self.class
+    }
+
     /// Whether each thing casts shadows in a light. `None` if all do.
     pub fn casters(&self, light: usize) -> Option<&[bool]> {
         self.casters[light].map(|index| &self.casts[index][..])

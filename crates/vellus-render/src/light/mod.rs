@@ -54,13 +54,13 @@ pub(crate) struct Lighting {
 
 /// The lights that reach a class of things.
 #[derive(Clone, Debug)]
-struct Reaching {
+pub(crate) struct Reaching {
     /// The probability of each light, and their distribution. All are 0 if no light is sampled.
-    shares: Vec<f32>,
-    chances: PiecewiseConstant1D,
+    pub shares: Vec<f32>,
+    pub chances: PiecewiseConstant1D,
     /// Whether a ray that such a thing scattered may find each light by hitting it. A light that lacks the shadows of
     /// some things is found by [`Lights::through`].
-    found: Vec<bool>,
+    pub found: Vec<bool>,
 }
 
 /// All lights of a scene.
@@ -70,10 +70,10 @@ pub struct Lights {
     /// How the emission of each light depends on the direction.
     shapings: Vec<Option<Shaped>>,
     /// For each class of things. All lights reach those of the first class.
-    reaching: Vec<Reaching>,
+    pub(crate) reaching: Vec<Reaching>,
     /// Whether the camera sees each light directly.
     visible: Vec<bool>,
-    links: Option<Links>,
+    pub(crate) links: Option<Links>,
 }
 
 impl Lights {
@@ -148,11 +148,6 @@ impl Lights {
         self.lights.len()
     }
 
-    /// The probability of a light.
-    pub(crate) fn share(&self, light: usize) -> f32 {
-        self.reaching[0].shares[light]
-    }
-
     /// Whether the camera sees a light.
     pub(crate) fn is_visible(&self, light: usize) -> bool {
         self.visible[light]
@@ -161,11 +156,6 @@ impl Lights {
     /// The shaping of a light.
     pub(crate) fn shaping(&self, light: usize) -> Option<&Shaped> {
         self.shapings[light].as_ref()
-    }
-
-    /// The distribution of lights.
-    pub(crate) fn chances(&self) -> &PiecewiseConstant1D {
-        &self.reaching[0].chances
     }
 
     /// Whether no light emits anything.

@@ -1,7 +1,7 @@
 //! What a tracer in another language shares with this one: numbers of rows, kinds and layers, and of its decisions.
 
 use super::lights::{Kind, ROWS};
-use super::{HEADER_ROWS, NONE};
+use super::{HEADER_ROWS, NONE, SURFACE_ROWS};
 use crate::film::Layer;
 use crate::integrator::at_fiber::{BESIDE, FIRST_LIGHTS, SHADOW_RAY_THRESHOLD};
 use crate::integrator::path::{BEFORE, ROULETTE, SURVIVAL};
@@ -23,6 +23,7 @@ pub fn constants() -> Vec<(String, String)> {
             whole("NONE", NONE),
             whole("LAYERS", HEADER_ROWS.len() as u32),
             whole("ROWS_OF_LIGHT", ROWS),
+            whole("ROWS_OF_SURFACE", SURFACE_ROWS as u32),
             whole("ROULETTE", ROULETTE),
             real("SURVIVAL", SURVIVAL),
             real("THRESHOLD_FIRST", first),

@@ -109,7 +109,8 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
     let instances = append(rows);
     let (bvh, leaves) = geometry.instances.hierarchy();
     // The hierarchy of an instance is traversed while that of the instances waits.
-    if waiting + most_waiting(bvh) > STACK {
+    packed.stack = waiting + most_waiting(bvh);
+    if packed.stack > STACK {
         return Err(format!("a hierarchy in which more than {STACK} nodes wait"));
     }
     let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());

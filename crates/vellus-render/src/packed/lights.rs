@@ -1,10 +1,10 @@
 //! Lights.
 
 use super::{NONE, PackedScene, rgb};
-use crate::light::Lights;
 use crate::light::distribution::PiecewiseConstant1D;
 use crate::light::environment::Map;
 use crate::light::prepared::Prepared;
+use crate::light::{Lights, Reaching};
 use glam::Vec3;
 use vellus_scene::Texture;
 
@@ -30,8 +30,11 @@ impl Kind {
 pub(crate) struct PackedLights {
     /// The first row, [`ROWS`] for each light.
     pub rows: u32,
-    /// The first number of the distribution of lights.
-    pub sums: u32,
+    /// The first number of what reaches the things of each class: for each light its probability, then the sums of the
+    /// probabilities from 0 to 1, then for each light whether rays find it (bit 0), and whether it reaches them (bit 1).
+    pub reaching: u32,
+    /// The first number of the classes of all things, or [`NONE`] if there are no links.
+    pub classes: u32,
 }
 
 fn vector(v: Vec3, w: f32) -> [f32; 4] {
@@ -58,9 +61,9 @@ impl Lights {
         let mut all: Vec<[[u32; 4]; ROWS as usize]> = Vec::new();
         for (k, light) in self.all().iter().enumerate() {
             let mut rows = [[0u32; 4]; ROWS as usize];
-            let share = self.share(k).to_bits();
+            let casters = self.casters(k).map_or(NONE, |casts| packed.numbers(casts.iter().map(|&casts| casts.into())));
             let (kind, shape) = self.shape(packed, light);
-            rows[0] = [kind as u32, share, u32::from(self.is_visible(k)), groups[k] as u32];
+            rows[0] = [kind as u32, casters, u32::from(self.is_visible(k)), groups[k] as u32];
             rows[1] = rgb(light.radiance(), 0.0).map(f32::to_bits);
             rows[2..7].copy_from_slice(&shape);
             if let Some(shaped) = self.shaping(k) {
@@ -75,12 +78,22 @@ impl Lights {
                     rows[10] = vector(profile.side, 0.0).map(f32::to_bits);
                 }
             }
+            let [diffuse, specular] = self.gains(k).unwrap_or([1.0; 2]).map(f32::to_bits);
+            (rows[9][3], rows[10][3]) = (diffuse, specular);
             all.push(rows);
         }
-        let sums = sums(packed, &[self.chances()]);
+        let reaching = |(class, Reaching { shares, chances, found }): (usize, &Reaching)| {
+            let reached = |light: usize| self.links.as_ref().is_none_or(|links| links.reaches[class][light]);
+            let bits =
+                found.iter().enumerate().map(|(light, &found)| u32::from(found) | u32::from(reached(light)) << 1);
+            let numbers = shares.iter().chain(chances.sums()).map(|number| number.to_bits());
+            numbers.chain(bits).collect::<Vec<_>>()
+        };
+        let reaching = packed.numbers(self.reaching.iter().enumerate().flat_map(reaching));
+        let classes = self.links.as_ref().map_or(NONE, |links| packed.numbers(links.classes().iter().copied()));
         let rows = packed.data.len() as u32;
         packed.data.extend(all.into_iter().flatten());
-        PackedLights { rows, sums }
+        PackedLights { rows, reaching, classes }
     }
 
     /// The kind of a light, and five rows of its shape.

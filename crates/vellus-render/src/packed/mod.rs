@@ -29,7 +29,7 @@ pub const NONE: u32 = u32::MAX;
 pub const STACK: usize = 192;
 
 /// Rows of the header, at the beginning of [`PackedScene::data`]. The first channels of all layers follow.
-const HEADER_ROWS: [&str; 14] = [
+const HEADER_ROWS: [&str; 15] = [
     "CAMERA_X",      // and film height
     "CAMERA_Y",      // and focus distance
     "CAMERA_Z",      // and lens radius
@@ -38,12 +38,13 @@ const HEADER_ROWS: [&str; 14] = [
     "AREA",          // its size, the seed, the largest depth
     "ROOTS",         // of strands, meshes and instances, and the number of instances
     "SETS",          // numbers and rows of the sets of strands and of the meshes
-    "LIGHTS",        // number, rows, distribution; rows of the surfaces
+    "LIGHTS",        // number, rows, what reaches the things of each class; rows of the surfaces
     "TEXTURES",      // rows; texture and group of the background; group of emission
     "BACKGROUND",    // its colour
     "OUTPUT",        // the limit of indirect light, channels, words of a sample, whether there is a background
     "INSTANCES",     // their rows, and those of their leaves
     "SHIFT",         // of the film, over the focal length
+    "LINKS",         // the class of each thing
 ];
 
 /// Rows of the header with those of the layers.
@@ -52,6 +53,11 @@ const HEADER: usize = HEADER_ROWS.len() + Layer::ALL.len().div_ceil(4);
 /// Words after the channels of a sample: the distance of the strand that the camera sees and its number, the thing that
 /// it sees, the rays, the throughput that was cut off, and the light that was removed.
 pub const EXTRA_WORDS: usize = 6;
+
+/// Rows of each surface: colour and its texture; roughness, metallic and index of refraction; emission; opacity,
+/// threshold, and the textures of opacity and normals; the factors of the normal map; what it adds. A texture counts from
+/// 1, and 0 is none.
+const SURFACE_ROWS: usize = 6;
 
 /// A scene in rows of four numbers.
 #[derive(Clone, Debug, Default)]
@@ -68,8 +74,12 @@ pub struct PackedScene {
     pub data: Vec<[u32; 4]>,
     /// The different fibres.
     pub fibers: Vec<Fiber>,
+    /// The nodes that can wait while a ray is followed, at most [`STACK`].
+    pub stack: usize,
     /// The words of one sample.
     pub sample_words: usize,
+    /// What the scene and the picture have: a tracer may leave out the code of what they lack.
+    pub features: Vec<(&'static str, bool)>,
 }
 
 impl PackedScene {
@@ -77,10 +87,6 @@ impl PackedScene {
     fn row(&mut self, row: [u32; 4]) -> u32 {
         self.data.push(row);
         (self.data.len() - 1) as u32
-    }
-
-    fn floats(&mut self, row: [f32; 4]) -> u32 {
-        self.row(row.map(f32::to_bits))
     }
 
     /// Appends numbers one after another. Returns the index of the first number.
@@ -102,8 +108,7 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, links of lights, a radiance cache, and hierarchies that need a larger stack
-    /// than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
@@ -116,12 +121,6 @@ impl World {
         if geometry.moves {
             return Err("motion blur".to_owned());
         }
-        if geometry.lights.is_linked() {
-            return Err("links of lights: lights that light some objects only, lack shadows, or have gains".to_owned());
-        }
-        if geometry.surfaces.iter().any(|surface| surface.opacity != Opacity::FULL || surface.normals.is_some()) {
-            return Err("surfaces with an opacity or a normal map".to_owned());
-        }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());
         }
@@ -133,10 +132,28 @@ impl World {
         for surface in &geometry.surfaces {
             let texture = surface.color.texture.map_or(0, |texture| texture as u32 + 1);
             let [r, g, b] = surface.color.color.map(f32::to_bits);
-            packed.row([r, g, b, texture]);
-            packed.floats([surface.roughness, surface.metallic, surface.ior, 0.0]);
-            packed.floats(rgb(surface.emission, 0.0));
+            let Opacity { value, texture: holes, threshold } = surface.opacity;
+            let [normals, holes] =
+                [surface.normals.map(|map| map.texture), holes].map(|texture| texture.map_or(0, |t| t as u32 + 1));
+            let [factors, added] = surface.normals.map_or([[0.0; 3]; 2], |map| [map.scale, map.bias]);
+            let rows: [[u32; 4]; SURFACE_ROWS] = [
+                [r, g, b, texture],
+                [surface.roughness, surface.metallic, surface.ior, 0.0].map(f32::to_bits),
+                rgb(surface.emission, 0.0).map(f32::to_bits),
+                [value.to_bits(), threshold.to_bits(), holes, normals],
+                rgb(factors, 0.0).map(f32::to_bits),
+                rgb(added, 0.0).map(f32::to_bits),
+            ];
+            packed.data.extend(rows);
         }
+        packed.features = vec![
+            ("HAS_LOBES", layout.has(Layer::Lobes)),
+            ("HAS_INSTANCES", !geometry.instances.is_empty()),
+            ("HAS_LINKS", geometry.lights.is_linked()),
+            ("HAS_GAINS", geometry.lights.any_gains()),
+            ("HAS_OPACITY", geometry.surfaces.iter().any(|surface| surface.opacity != Opacity::FULL)),
+            ("HAS_NORMAL_MAPS", geometry.surfaces.iter().any(|surface| surface.normals.is_some())),
+        ];
         let textures = self.pack_textures(&mut packed);
         let axes = geometry.view.packed(settings);
         let [right, up] = geometry.view.camera().shift;
@@ -155,7 +172,7 @@ impl World {
             [width, height, settings.seed, settings.max_depth.unwrap_or(NONE)],
             own.roots,
             own.sets,
-            [geometry.lights.len() as u32, lights.rows, lights.sums, surfaces],
+            [geometry.lights.len() as u32, lights.rows, lights.reaching, surfaces],
             [
                 textures,
                 tint.texture.map_or(0, |texture| texture as u32 + 1),
@@ -166,6 +183,7 @@ impl World {
             [clamp, channels, packed.sample_words as u32, u32::from(background.is_some())],
             own.instances,
             [right.to_bits(), up.to_bits(), 0, 0],
+            [lights.classes, 0, 0, 0],
         ];
         packed.data[..header.len()].copy_from_slice(&header);
         let starts: Vec<u32> =

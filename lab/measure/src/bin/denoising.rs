@@ -1,6 +1,6 @@
 //! Measures the error of built-in scenes before and after denoising, at 16 and 64 samples.
 //!
-//! `VELLUS_OIDN=FILE cargo run --release --bin denoising -- [WIDTH [SCENE…]]`
+//! `cargo run --release --bin denoising -- [WIDTH [SCENE…]]`
 //!
 //! The error is relMSE on the fur, where fibres cover more than half of the pixel: the mean of the squared difference
 //! from a picture of 1,024 samples, divided by the square of that picture plus 0.01. "Guided" has the layers albedo and
