@@ -255,7 +255,7 @@ try {
         throw std::runtime_error("usage: furball FOLDER OUT.ppm [SIZE] [SAMPLES]");
     const std::string folder = std::string(argv[1]) + "/";
     const uint32_t size = argc > 3 ? std::clamp(std::atoi(argv[3]), 1, 4096) : 256;
-    const uint32_t samples = argc > 4 ? std::clamp(std::atoi(argv[4]), 1, 65536) : 64;
+    const uint32_t samples = argc > 4 ? std::clamp(std::atoi(argv[4]), 1, 65536) : 16;
     const std::vector<Segment> segments = strands();
     std::vector<uint32_t> starts, items;
     grid(segments, starts, items);
