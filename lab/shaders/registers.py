@@ -1,6 +1,6 @@
 """Registers and instructions of the near and the far field, as compilers for AMD's and NVIDIA's GPUs count them.
 
-    cargo run --release -p vellus-gpu --features convert --example shaders -- shaders
+    vellus shaders shaders
     python lab/shaders/registers.py shaders
 
 No GPU is needed. For AMD: Mesa's driver RADV, the package `vulkan` of Python, and `naga` (naga-cli). For NVIDIA:

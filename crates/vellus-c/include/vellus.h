@@ -39,7 +39,7 @@ typedef enum VellusStatus {
   // A stride is too small or not a multiple of 4 bytes, an address is not a multiple of the size of what it points
   // to, or an array is larger than the address space.
   VELLUS_STATUS_STRIDE = 4,
-  // The caller's memory for text is too small.
+  // The caller's memory for text or rows is too small.
   VELLUS_STATUS_SPACE = 5,
   // The library was built for instructions that this processor does not have.
   VELLUS_STATUS_INSTRUCTIONS = 6,
@@ -492,6 +492,28 @@ enum VellusStatus vellus_hit_eval_array(const struct VellusHit *hit,
 enum VellusStatus vellus_hit_sample_array(const struct VellusHit *hit,
                                           const struct VellusQueries *queries,
                                           const struct VellusSamples *samples);
+
+// The tables that all fibres share in shaders, to `rows`, which has space for `capacity` rows of 4 numbers: the buffer
+// that `vellus_table` reads. `*count` gets the number of rows, also with VELLUS_STATUS_SPACE. To ask for it alone,
+// pass 0 as `capacity`; `rows` may then be null. The shaders must be those of the same version, see vellus_version().
+enum VellusStatus vellus_shader_tables(float *rows,
+                                       size_t capacity,
+                                       size_t *count);
+
+// The record of a fibre in shaders: what the buffer that `vellus_row` reads has for it. Arguments as for
+// vellus_shader_tables(). All fibres have the same number of rows, and a buffer holds them one after another.
+enum VellusStatus vellus_shader_fiber(const struct VellusFiber *fiber,
+                                      float *rows,
+                                      size_t capacity,
+                                      size_t *count);
+
+// The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
+// Its size depends on the fibre: 18 MB at most. Each call makes the table anew, also one that asks for the number of
+// rows.
+enum VellusStatus vellus_shader_far_table(const struct VellusFiber *fiber,
+                                          float *rows,
+                                          size_t capacity,
+                                          size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -25,7 +25,7 @@ pub enum VellusStatus {
     /// A stride is too small or not a multiple of 4 bytes, an address is not a multiple of the size of what it points
     /// to, or an array is larger than the address space.
     Stride = 4,
-    /// The caller's memory for text is too small.
+    /// The caller's memory for text or rows is too small.
     Space = 5,
     /// The library was built for instructions that this processor does not have.
     Instructions = 6,

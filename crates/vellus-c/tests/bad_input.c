@@ -26,6 +26,7 @@ static void expect(int line, VellusStatus status, VellusStatus expected, const c
 #define NULL_POINTER(call, part) expect(__LINE__, call, VELLUS_STATUS_NULL, part)
 #define RANGE(call, part) expect(__LINE__, call, VELLUS_STATUS_RANGE, part)
 #define TEXT(call, part) expect(__LINE__, call, VELLUS_STATUS_TEXT, part)
+#define SPACE(call, part) expect(__LINE__, call, VELLUS_STATUS_SPACE, part)
 #define STRIDE(call, part) expect(__LINE__, call, VELLUS_STATUS_STRIDE, part)
 
 static const float WO[3] = {0.36f, 0.48f, 0.8f}, WI[3] = {-0.48f, 0.64f, 0.6f};
@@ -112,8 +113,8 @@ static void fibers(void)
     NULL_POINTER(vellus_fiber_json(NULL, text, sizeof text, &length), "fiber");
     NULL_POINTER(vellus_fiber_json(fiber, NULL, 10, &length), "json");
     NULL_POINTER(vellus_fiber_json(fiber, text, sizeof text, NULL), "length");
-    expect(__LINE__, vellus_fiber_json(fiber, small, sizeof small, &length), VELLUS_STATUS_SPACE, "capacity is 8");
-    expect(__LINE__, vellus_fiber_json(fiber, NULL, 0, &length), VELLUS_STATUS_SPACE, "capacity is 0");
+    SPACE(vellus_fiber_json(fiber, small, sizeof small, &length), "capacity is 8");
+    SPACE(vellus_fiber_json(fiber, NULL, 0, &length), "capacity is 0");
     OK(vellus_fiber_json(fiber, text, length + 1, &length));
     VellusFiber *copy = NULL;
     OK(vellus_fiber_from_json(text, &copy));
@@ -127,6 +128,30 @@ static void fibers(void)
     vellus_fiber_free(fiber);
     vellus_fiber_free(NULL);
     vellus_hit_free(NULL);
+}
+
+static void shaders(const VellusFiber *fiber)
+{
+    size_t count = 0;
+    float rows[2][4] = {{7}};
+    NULL_POINTER(vellus_shader_tables(NULL, 1, &count), "rows");
+    NULL_POINTER(vellus_shader_tables(rows[0], 2, NULL), "count");
+    NULL_POINTER(vellus_shader_fiber(NULL, rows[0], 2, &count), "fiber");
+    NULL_POINTER(vellus_shader_fiber(fiber, NULL, 2, &count), "rows");
+    NULL_POINTER(vellus_shader_fiber(fiber, rows[0], 2, NULL), "count");
+    NULL_POINTER(vellus_shader_far_table(NULL, rows[0], 2, &count), "fiber");
+    NULL_POINTER(vellus_shader_far_table(fiber, NULL, 2, &count), "rows");
+    NULL_POINTER(vellus_shader_far_table(fiber, rows[0], 2, NULL), "count");
+    STRIDE(vellus_shader_fiber(fiber, (float *)((char *)rows + 2), 1, &count), "rows is not a multiple of 4");
+    CHECK(count == 0);
+    SPACE(vellus_shader_far_table(fiber, NULL, 0, &count), "the capacity is 0");
+    CHECK(count > 1000);
+    SPACE(vellus_shader_tables(rows[0], 2, &count), "the capacity is 2");
+    SPACE(vellus_shader_fiber(fiber, rows[0], 2, &count), "rows, but the capacity is 2");
+    CHECK(rows[0][0] == 7);
+    float *whole = malloc(count * sizeof *rows);
+    OK(vellus_shader_fiber(fiber, whole, count, &count));
+    free(whole);
 }
 
 static void frames(void)
@@ -406,6 +431,7 @@ int main(void)
     fibers();
     frames();
     OK(vellus_fiber_from_preset("red-fox", &fiber));
+    shaders(fiber);
     queries(fiber);
     null_pointers(fiber);
     arrays(fiber);

@@ -23,6 +23,7 @@ mod reference;
 mod render;
 mod say;
 mod scene;
+mod shaders;
 mod table;
 mod terminal;
 
@@ -82,6 +83,8 @@ enum Command {
     Farm(vellus_farm::Command),
     /// Merge films of sample ranges that `render --samples` wrote.
     Merge(render::MergeArgs),
+    /// Write the model for shaders of other renderers: WGSL, GLSL, HLSL, MSL, SPIR-V, and buffers of fibres.
+    Shaders(shaders::Args),
     /// Simulate a whole fibre with photons, and compare its energies with those of the model.
     Reference(reference::Args),
 }
@@ -154,6 +157,7 @@ fn run(command: Option<Command>) -> Result<()> {
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Farm(command)) => farm::run(&command),
         Some(Command::Merge(args)) => render::merge(&args),
+        Some(Command::Shaders(args)) => shaders::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     }
 }

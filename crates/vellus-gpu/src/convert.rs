@@ -1,6 +1,6 @@
 //! The library in other shading languages.
 
-use crate::library::Field;
+use crate::library::{FAR_FIELD, Field, shader_library};
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -52,7 +52,7 @@ pub fn converted(language: Language, field: Field) -> Result<Vec<u8>, ConvertErr
     let (module, info) = parsed(&source)?;
     let failed = |e: &dyn std::error::Error| ConvertError(e.to_string());
     let text = match language {
-        Language::Glsl => to_glsl(&module, &info, field).map_err(|e| failed(&e))?,
+        Language::Glsl => to_glsl(&module, &info, field.entry()).map_err(|e| failed(&e))?,
         Language::Hlsl => to_hlsl(&module, &info).map_err(|e| failed(&e))?,
         Language::Msl => {
             let options = msl::Options {
@@ -72,6 +72,72 @@ pub fn converted(language: Language, field: Field) -> Result<Vec<u8>, ConvertErr
     Ok(text.into_bytes())
 }
 
+/// The library in GLSL 4.30 for an engine's own shaders: the functions of both fields, without version, bindings and
+/// entry point. The file is `vellus.glsl`.
+///
+/// It declares `vec4 vellus_table(uint row)`, `vellus_row` and `vellus_far_row`. The shader that includes it defines
+/// them, before or after; the last one only if it calls functions of the far field.
+///
+/// # Errors
+/// [`ConvertError`] with the message of naga.
+pub fn glsl_include() -> Result<String, ConvertError> {
+    let (module, info) = parsed(&closed())?;
+    let text = to_glsl(&module, &info, ENTRY).map_err(|e| ConvertError(e.to_string()))?;
+    // What is outside of functions and structs: the version, its extensions, and the size of workgroups.
+    let is_kept = |line: &&str| !line.starts_with('#') && !line.starts_with("layout(local_size");
+    let lines: String = text.split_inclusive('\n').filter(is_kept).collect();
+    opened(&lines, "vec4", "void main(")
+}
+
+/// The same in HLSL, shader model 6.0, with `float4`: the file `vellus.hlsli`.
+///
+/// # Errors
+/// As [`glsl_include`].
+pub fn hlsl_include() -> Result<String, ConvertError> {
+    let (module, info) = parsed(&closed())?;
+    let text = to_hlsl(&module, &info).map_err(|e| ConvertError(e.to_string()))?;
+    opened(&text, "float4", "[numthreads(")
+}
+
+/// The functions that a shader defines for the library.
+const ACCESSORS: [&str; 3] = ["vellus_table", "vellus_row", "vellus_far_row"];
+
+/// The entry point of [`closed`].
+const ENTRY: &str = "run";
+
+/// The library with the far field as a whole module, which naga needs: each accessor has a body, and there is an entry
+/// point.
+fn closed() -> String {
+    let mut source = format!("{}\n{FAR_FIELD}\n", shader_library());
+    for name in ACCESSORS {
+        source += &format!("fn {name}(row: u32) -> vec4<f32> {{ return vec4<f32>(f32(row)); }}\n");
+    }
+    source + &format!("@compute @workgroup_size(1) fn {ENTRY}() {{ }}\n")
+}
+
+/// The text of a module without what [`closed`] added: declarations are in the place of the accessors. `vector`: the
+/// type of a row. `entry`: how the entry point begins.
+fn opened(text: &str, vector: &str, entry: &str) -> Result<String, ConvertError> {
+    let lacks = |what: &str| ConvertError(format!("naga's text has no {what}"));
+    let mut text = text.split_once(entry).ok_or_else(|| lacks(entry))?.0.trim().to_owned();
+    for name in ACCESSORS {
+        let begin = format!("{vector} {name}(");
+        let start = text.find(&begin).ok_or_else(|| lacks(&begin))?;
+        let length = text[start..].find("\n}").ok_or_else(|| lacks("end of an accessor"))? + "\n}".len();
+        text.replace_range(start..start + length, &format!("{vector} {name}(uint row);"));
+    }
+    Ok(format!(
+        "// The Vellus model of hair and fur, version {}. Licence: MIT or Apache-2.0.\n\
+         //\n\
+         // Define these for it, before or after. Each returns a row of a buffer, four numbers:\n\
+         //   {vector} vellus_table(uint row)    of tables.bin\n\
+         //   {vector} vellus_row(uint row)      of the records of fibres, one after another\n\
+         //   {vector} vellus_far_row(uint row)  of the tables of far fields, only for the functions vellus_far_...\n\
+         #ifndef VELLUS_INCLUDED\n#define VELLUS_INCLUDED\n\n{text}\n\n#endif\n",
+        env!("CARGO_PKG_VERSION")
+    ))
+}
+
 fn parsed(source: &str) -> Result<(naga::Module, ModuleInfo), ConvertError> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| ConvertError(e.emit_to_string(source)))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -80,19 +146,16 @@ fn parsed(source: &str) -> Result<(naga::Module, ModuleInfo), ConvertError> {
     Ok((module, info))
 }
 
-fn to_glsl(module: &naga::Module, info: &ModuleInfo, field: Field) -> Result<String, glsl::Error> {
+fn to_glsl(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<String, glsl::Error> {
     let version = glsl::Version::Desktop(430);
     let binding_map = (0..5u8).map(|k| (ResourceBinding { group: 0, binding: k.into() }, k)).collect();
     let options = glsl::Options { version, binding_map, ..Default::default() };
-    let pipeline = glsl::PipelineOptions {
-        shader_stage: ShaderStage::Compute,
-        entry_point: field.entry().to_owned(),
-        multiview: None,
-    };
+    let pipeline =
+        glsl::PipelineOptions { shader_stage: ShaderStage::Compute, entry_point: entry.to_owned(), multiview: None };
     let mut text = String::new();
     let policies = BoundsCheckPolicies::default();
     glsl::Writer::new(&mut text, module, info, &options, &pipeline, policies)?.write()?;
-    Ok(text)
+    Ok(read_only(&text))
 }
 
 fn to_hlsl(module: &naga::Module, info: &ModuleInfo) -> Result<String, hlsl::Error> {
@@ -100,5 +163,30 @@ fn to_hlsl(module: &naga::Module, info: &ModuleInfo) -> Result<String, hlsl::Err
         hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, force_loop_bounding: false, ..Default::default() };
     let mut text = String::new();
     hlsl::Writer::new(&mut text, &options, &hlsl::PipelineOptions::default()).write(module, info, None)?;
-    Ok(text)
+    Ok(read_only(&text))
+}
+
+/// Hits that a function does not change become `in`. naga makes each `inout`, and glslang then copies the hit twice for
+/// each call: Mesa's lavapipe compiles such a kernel for a minute instead of seconds.
+fn read_only(text: &str) -> String {
+    const CHANGED: &str = "inout VellusHit ";
+    let (mut result, mut changing) = (String::new(), Vec::new());
+    // Only functions end like this, and those that a function calls stand before it.
+    for part in text.split_inclusive("\n}\n") {
+        let Some((head, rest)) = part.split_once(CHANGED) else {
+            result += part;
+            continue;
+        };
+        let hit: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        let is_set =
+            |line: &str| line.strip_prefix(&hit).is_some_and(|to| to.starts_with(['.', ' ']) && to.contains(" = "));
+        let passes = |line: &str| changing.iter().any(|call| line.contains(&format!("{call}{hit}")));
+        if rest.lines().map(str::trim_start).any(|line| is_set(line) || passes(line)) {
+            changing.push(head.rsplit([' ', '\n']).next().unwrap_or(head).to_owned());
+            result += part;
+        } else {
+            result += &format!("{head}in VellusHit {rest}");
+        }
+    }
+    result
 }

@@ -33,8 +33,8 @@
 //! Features:
 //! - `device` (default) adds [`Device`] and [`Queries`], which run on Vulkan, Metal or DirectX 12.
 //! - `trace` adds [`Tracer`], a path tracer for the scenes of vellus-render, and [`Choice`] of the device that renders.
-//! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V. The example `shaders` writes all of them:
-//!   `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`.
+//! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V, and texts to include, [`glsl_include`]
+//!   and [`hlsl_include`]. The command `vellus shaders` writes all of them, and the buffers.
 #![warn(clippy::print_stdout)]
 
 #[cfg(feature = "trace")]
@@ -52,7 +52,7 @@ mod trace;
 #[cfg(feature = "trace")]
 pub use choice::{Choice, Renderer};
 #[cfg(feature = "convert")]
-pub use convert::{ConvertError, Language, converted};
+pub use convert::{ConvertError, Language, converted, glsl_include, hlsl_include};
 #[cfg(feature = "device")]
 pub use device::{Device, DeviceError};
 pub use library::{

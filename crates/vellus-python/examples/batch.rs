@@ -10,7 +10,7 @@ use std::io::BufRead;
 use std::time::Instant;
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Fiber, Lobes, Sample, Window};
+use vellus::{Bcsdf, Fiber, Lobes, Sample, Tables, Window, packed};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -48,6 +48,12 @@ fn drawn(sample: Option<Sample>) -> Value {
     sample.map_or(Value::Null, |s| json!([s.wi.to_array(), s.pdf, s.weight, s.lobe as usize]))
 }
 
+/// The number of rows, and the sum of the bits of all numbers, each times its place from 1 on, modulo 2⁶⁴.
+fn checksum(rows: &[[f32; 4]]) -> [u64; 2] {
+    let bits = rows.as_flattened().iter().map(|x| u64::from(x.to_bits()));
+    [rows.len() as u64, bits.zip(1..).fold(0, |sum, (x, place)| x.wrapping_mul(place).wrapping_add(sum))]
+}
+
 /// Queries of one fibre: eight in the near field, eight with windows, eight with one window.
 fn values(name: &str) -> Result<Value> {
     let bcsdf = Bcsdf::new(&Fiber::named(name)?)?;
@@ -78,7 +84,15 @@ fn values(name: &str) -> Result<Value> {
         .collect();
     let (f, pdf) = bcsdf.at(vector(&wo[0]), Window::far()).eval_pdf8(vectors(&wi));
     let far = json!({"eval": (0..8).map(|i| lane(&f, i)).collect::<Vec<_>>(), "pdf": pdf.to_array()});
-    Ok(json!({"wi": wi, "wo": wo, "h": h, "u": u, "windows": windows, "near": near, "window": each, "far": far}))
+    let shaders = json!({
+        "tables": checksum(&packed::tables(Tables::shipped()).rows),
+        "record": checksum(&packed::fiber(&bcsdf)),
+        "far": checksum(&packed::far(&bcsdf).rows),
+    });
+    let mut case =
+        json!({"wi": wi, "wo": wo, "h": h, "u": u, "windows": windows, "near": near, "window": each, "far": far});
+    case["shaders"] = shaders;
+    Ok(case)
 }
 
 /// Near-field queries on all cores, in groups of eight.

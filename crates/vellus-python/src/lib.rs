@@ -15,6 +15,7 @@ mod plots;
 mod profile;
 mod query;
 mod render;
+mod shaders;
 mod simulate;
 mod tables;
 mod threads;
@@ -41,6 +42,7 @@ fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<profile::Profile>()?;
     fit::register(module)?;
     plots::register(module)?;
+    shaders::register(module)?;
     simulate::register(module)?;
     tables::register(module)?;
     render::register(module)

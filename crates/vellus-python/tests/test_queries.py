@@ -125,6 +125,17 @@ def test_results_are_the_bits_of_rust(reference):
         assert np.array_equal(f, single(case["far"], "eval")) and np.array_equal(pdf, single(case["far"], "pdf"))
 
 
+def test_buffers_of_shaders_are_those_of_rust(reference):
+    for name, case in reference.items():
+        fiber = vellus.Fiber(name)
+        arrays = {"tables": vellus.shader_tables(), "record": fiber.shader_record(), "far": fiber.shader_far_table()}
+        for part, array in arrays.items():
+            assert array.dtype == np.float32 and array.shape[1:] == (4,) and array.flags.c_contiguous
+            bits = array.ravel().view(np.uint32).astype(np.uint64)
+            places = np.arange(1, bits.size + 1, dtype=np.uint64)
+            assert [len(array), int(np.sum(bits * places))] == case["shaders"][part], (name, part)
+
+
 def test_sums_lobes_and_types(fox, rng):
     wi, wo, h = unit(rng, 100), unit(rng, 100), rng.uniform(-1, 1, 100)
     f = fox.eval(wi=wi, wo=wo, h=h)

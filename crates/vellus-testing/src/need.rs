@@ -16,6 +16,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("cc", "a C compiler, cc"),
     ("denoiser", "Intel Open Image Denoise, which `pip install pyoidn` installs or VELLUS_OIDN names"),
     ("disk", "a disk with less than 600 GB of free space"),
+    ("dxc", "Microsoft's compiler of HLSL, dxc"),
     ("engines", "OpenJD, HyperQueue or Slurm"),
     ("gpu", "a GPU, or Mesa's lavapipe"),
     ("materialx", "a python3 with the module MaterialX"),
@@ -26,6 +27,7 @@ pub const KINDS: &[(&str, &str)] = &[
     ("shader-compilers", "glslangValidator or spirv-val"),
     ("slangc", "the compiler of Slang, slangc, which VELLUS_SLANGC names"),
     ("valgrind", "valgrind"),
+    ("vulkan", "the headers and the loader of Vulkan"),
 ];
 
 /// What a test needs, if it is there. Otherwise the reason is printed and appended as one line to the file that

@@ -8,7 +8,7 @@ fn the_header_belongs_to_the_code() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/vellus-c");
     let config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for module in ["status", "window", "frame", "memory", "parameters", "query", "fiber", "hit", "array"] {
+    for module in ["status", "window", "frame", "memory", "parameters", "query", "fiber", "hit", "array", "shader"] {
         builder = builder.with_src(folder.join(format!("src/{module}.rs")));
     }
     let mut text = Vec::new();

@@ -5,7 +5,7 @@
 use std::ffi::CStr;
 use std::ptr::null_mut;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Fiber, FiberBuilder, FiberFrame, Sample, Species, Window};
+use vellus::{Bcsdf, Fiber, FiberBuilder, FiberFrame, Sample, Species, Tables, Window, packed};
 use vellus_c::*;
 use vellus_testing::{Query, queries};
 
@@ -153,6 +153,33 @@ fn reflectances_and_species_are_those_of_rust() {
     assert_eq!(nearest, [builder.out_of_reach().unwrap().unwrap().nearest, fox]);
     assert_eq!(color, builder.build().unwrap().coat_color().unwrap());
     assert!(nearest[0][0] > 0.001 && color.iter().zip(nearest[0]).all(|(a, b)| (a - b).abs() < 0.01), "{color:?}");
+}
+
+/// The rows of a function that copies them: first their number, then they.
+fn rows(call: impl Fn(*mut f32, usize, &mut usize) -> VellusStatus) -> Vec<[f32; 4]> {
+    let mut count = 0;
+    assert_eq!(call(null_mut(), 0, &mut count), VellusStatus::Space);
+    let mut rows = vec![[0.0; 4]; count];
+    assert_eq!(call(rows.as_mut_ptr().cast(), count, &mut count), OK);
+    rows
+}
+
+#[test]
+fn buffers_of_shaders_have_the_bits_of_rust() {
+    let (handle, bcsdf) = fiber(Species::RedFox);
+    // A row may hold the bits of an integer, which is NaN as a number.
+    let bits = |rows: &[[f32; 4]]| rows.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    // SAFETY: `rows` passes pointers to arrays with the number of rows that it states.
+    let (tables, record, far) = unsafe {
+        (
+            rows(|rows, capacity, count| vellus_shader_tables(rows, capacity, count)),
+            rows(|rows, capacity, count| vellus_shader_fiber(handle.0, rows, capacity, count)),
+            rows(|rows, capacity, count| vellus_shader_far_table(handle.0, rows, capacity, count)),
+        )
+    };
+    assert_eq!(bits(&tables), bits(&packed::tables(Tables::shipped()).rows));
+    assert_eq!(bits(&record), bits(&packed::fiber(&bcsdf)));
+    assert_eq!(bits(&far), bits(&packed::far(&bcsdf).rows));
 }
 
 const NO_INPUT: VellusInput = VellusInput { data: std::ptr::null(), stride: 0 };

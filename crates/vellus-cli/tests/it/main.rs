@@ -13,5 +13,6 @@ mod nonsense;
 mod outputs;
 mod process;
 mod render;
+mod shaders;
 mod staging;
 mod unchanged;

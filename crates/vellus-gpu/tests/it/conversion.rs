@@ -1,7 +1,8 @@
 //! The library is valid WGSL, and naga converts it to the languages of other engines.
 
+use std::ffi::OsString;
 use std::process::Command;
-use vellus_gpu::{FAR_FIELD, Field, Language, converted, shader_library};
+use vellus_gpu::{FAR_FIELD, Field, Language, converted, glsl_include, hlsl_include, shader_library};
 use vellus_testing::program::Limited;
 use vellus_testing::{need, succeeds};
 
@@ -68,5 +69,72 @@ fn other_compilers_accept_the_files() -> Result<(), Box<dyn std::error::Error>> 
             assert!(output.status.success(), "{program}: {text}");
         }
     }
+    Ok(())
+}
+
+/// A kernel that calls the functions of the text to include. Accessors are before and after it.
+fn kernel(include: &str, vector: &str, [head, main, answer]: [&str; 3], far: bool) -> String {
+    let accessor =
+        |name: &str| format!("{vector}4 {name}(uint row) {{ return {vector}4(0.0, 0.5, 0.5, float(row)); }}");
+    let (part, at, last) =
+        if far { ("far_", "0u, w", accessor("vellus_far_row")) } else { ("", "w, 0.5", String::new()) };
+    let (table, row) = (accessor("vellus_table"), accessor("vellus_row"));
+    format!(
+        "{head}
+        {table}
+        {include}
+        {row}
+        {last}
+        {main} {{
+            {vector}3 w = {vector}3(0.0, 0.6, 0.8);
+            VellusHit hit = vellus_{part}hit(0u, {at});
+            {vector}4 value = vellus_{part}eval(hit, w);
+            VellusSample drawn = vellus_{part}sample(hit, value);
+            value = value + {vector}4(drawn.weight, drawn.pdf) + {vector}4(vellus_energy(hit).rgb[0], 0.0);
+            {answer}
+        }}"
+    )
+}
+
+/// Compiles kernels of both fields with a compiler, if it is there. The first argument is the name of the file.
+fn compile(found: Option<OsString>, arguments: &[&str], kernel: impl Fn(bool) -> String) -> std::io::Result<()> {
+    let Some(program) = found else { return Ok(()) };
+    let folder = tempfile::tempdir()?;
+    for far in [false, true] {
+        std::fs::write(folder.path().join(arguments[0]), kernel(far))?;
+        let mut command = Command::new(&program);
+        command.current_dir(folder.path()).args(arguments);
+        let output = command.run()?;
+        let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+        assert!(output.status.success(), "{command:?}: {text}");
+    }
+    Ok(())
+}
+
+#[test]
+fn glslang_compiles_the_include() -> Result<(), Box<dyn std::error::Error>> {
+    let include = glsl_include()?;
+    let head = "#version 450
+        layout(local_size_x = 1) in;
+        layout(std430, binding = 0) buffer Answer { vec4 answer; };";
+    let parts = [head, "void main()", "answer = value;"];
+    let program = "glslangValidator";
+    let found = need("shader-compilers", succeeds(Command::new(program).arg("--version")).map(|()| program.into()));
+    compile(found, &["kernel.comp", "-V", "-o", "/dev/null"], |far| kernel(&include, "vec", parts, far))?;
+    Ok(())
+}
+
+/// With Slang's compiler and with Microsoft's. glslang reads HLSL, too, but not `(float[7])0`, which naga writes.
+#[test]
+fn hlsl_compilers_compile_the_include() -> Result<(), Box<dyn std::error::Error>> {
+    let include = hlsl_include()?;
+    let main = "[numthreads(1, 1, 1)] void run()";
+    let parts = ["RWByteAddressBuffer answer : register(u0);", main, "answer.Store4(0, asuint(value));"];
+    let kernel = |far| kernel(&include, "float", parts, far);
+    let slang =
+        ["kernel.hlsl", "-lang", "slang", "-target", "hlsl", "-stage", "compute", "-entry", "run", "-o", "/dev/null"];
+    compile(crate::ports::slangc(), &slang, kernel)?;
+    let dxc = need("dxc", succeeds(Command::new("dxc").arg("--version")).map(|()| "dxc".into()));
+    compile(dxc, &["kernel.hlsl", "-T", "cs_6_0", "-E", "run", "-Fo", "/dev/null"], kernel)?;
     Ok(())
 }

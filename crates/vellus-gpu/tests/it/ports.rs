@@ -34,7 +34,7 @@ fn build(folder: &Path, source: &str, definitions: &[String]) -> Option<PathBuf>
 }
 
 /// Slang's compiler.
-fn slangc() -> Option<OsString> {
+pub fn slangc() -> Option<OsString> {
     let program = std::env::var_os("VELLUS_SLANGC").unwrap_or_else(|| "slangc".into());
     need("slangc", succeeds(Command::new(&program).arg("-version")).map(|()| program))
 }

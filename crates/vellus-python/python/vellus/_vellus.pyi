@@ -156,6 +156,17 @@ class Fiber:
         """The same fibre without absorption in cortex and medulla: for white fur and furnace tests."""
     def coat_color(self) -> tuple[float, float, float]:
         """The colour of a dense coat of such fibres in white light: RGB, a reflectance in [0, 1]."""
+    def shader_record(self) -> NDArray[np.float32]:
+        """The record of the fibre in shaders: what the buffer that `vellus_row` reads has for it. A buffer holds the
+        records of its fibres one after another.
+
+        Returns float32 of shape (rows, 4). All fibres have the same number of rows.
+        """
+    def shader_far_table(self) -> NDArray[np.float32]:
+        """The far field of the fibre in shaders: a table that `vellus_far_row` reads.
+
+        Returns float32 of shape (rows, 4). The number of rows depends on the fibre: 18 MB at most.
+        """
     def to_json(self) -> str:
         """The fibre as JSON, as files have it: angles in degrees."""
     @staticmethod
@@ -617,6 +628,12 @@ def species() -> list[str]:
 def parameters() -> dict[str, dict[str, Any]]:
     """The table of parameters: name → symbol, unit, range, channels, label, choices (the words, if it is no number),
     description.
+    """
+def shader_tables() -> NDArray[np.float32]:
+    """The tables that all fibres share in shaders: the buffer that `vellus_table` reads. The shaders must be those of the
+    same version: `vellus.__version__`.
+
+    Returns float32 of shape (rows, 4): 2.0 MB.
     """
 def tables() -> dict[str, dict[str, Any]]:
     """The tables of the medulla that ship with the model, as new arrays.

@@ -5,13 +5,12 @@ use crate::run::run;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Converts the shaders and packs them.
+/// Writes the shaders with the command, and packs them.
 pub fn build(dist: &Dist) -> Result<PathBuf, String> {
-    let mut cargo = dist.tools.cargo("build", "build");
-    run(cargo.args(["--package", "vellus-gpu", "--features", "convert", "--example", "shaders"]))?;
+    run(dist.tools.cargo("build", "build").args(["--package", "vellus-cli", "--bin", "vellus"]))?;
     let folder = dist.empty(&format!("stage/vellus-shaders-{VERSION}"))?;
-    let program = format!("examples/shaders{}", std::env::consts::EXE_SUFFIX);
-    run(Command::new(dist.tools.release("build").join(program)).arg(&folder))?;
+    let program = format!("vellus{}", std::env::consts::EXE_SUFFIX);
+    run(Command::new(dist.tools.release("build").join(program)).arg("shaders").arg(&folder))?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
         super::command::copy(&dist.root.join(name), &folder.join(name))?;
     }
