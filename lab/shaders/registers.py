@@ -3,6 +3,8 @@
     vellus shaders shaders
     python lab/shaders/registers.py shaders
 
+`--tracer FILE.wgsl` counts the path tracer of a scene instead, for AMD: the example `tracer` of vellus-gpu writes it.
+
 No GPU is needed. For AMD: Mesa's driver RADV, the package `vulkan` of Python, and `naga` (naga-cli). For NVIDIA:
 `slangc`, and the packages nvidia-cuda-nvrtc-cu12, nvidia-cuda-nvcc-cu12 and nvidia-cuda-runtime-cu12 of Python.
 """
@@ -55,7 +57,7 @@ def amd(spirv: Path, entry: str, family: str):
     kind, stage = vk.VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, vk.VK_SHADER_STAGE_COMPUTE_BIT
     buffers = [
         vk.VkDescriptorSetLayoutBinding(binding=k, descriptorType=kind, descriptorCount=1, stageFlags=stage)
-        for k in range(5)
+        for k in range(16)
     ]
     layout = vk.vkCreateDescriptorSetLayout(device, vk.VkDescriptorSetLayoutCreateInfo(pBindings=buffers), None)
     layout = vk.vkCreatePipelineLayout(device, vk.VkPipelineLayoutCreateInfo(pSetLayouts=[layout]), None)
@@ -89,25 +91,34 @@ def nvidia(cuda: Path, architecture: str) -> str:
     return ", ".join(re.findall(r"\d+ registers|\d+ bytes (?:stack frame|spill stores)", told))
 
 
+def count(wgsl: Path, entry: str, family: str) -> dict:
+    """What RADV counts for an entry point."""
+    spirv = wgsl.with_suffix(".spv")
+    subprocess.run(["naga", wgsl, spirv], check=True)
+    again = [sys.executable, __file__, spirv, "--entry", entry, "--family", family]
+    told = subprocess.run(again, capture_output=True, text=True, check=True).stderr
+    return dict(re.findall(r"^(VGPRs|Spilled VGPRs|Scratch size|Instructions): (\d+)", told, re.M))
+
+
 def main():
     """Prints a line for each kernel and compiler."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("folder", type=Path)
+    options.add_argument("folder", type=Path, nargs="?")
+    options.add_argument("--tracer", type=Path)
     options.add_argument("--family", default="navi21")
     options.add_argument("--architecture", default="sm_90")
     options.add_argument("--entry", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.entry:
         amd(given.folder, given.entry, given.family)
+    if given.tracer:
+        print(f"{given.tracer}: {given.family}: {count(given.tracer, 'trace_rows', given.family)}")
+        return
     for name, text, entry in kernels(given.folder):
         with tempfile.TemporaryDirectory() as folder:
-            wgsl, spirv, hlsl, cuda = (Path(folder) / f"kernel.{end}" for end in ("wgsl", "spv", "hlsl", "cu"))
+            wgsl, hlsl, cuda = (Path(folder) / f"kernel.{end}" for end in ("wgsl", "hlsl", "cu"))
             wgsl.write_text(text)
-            subprocess.run(["naga", wgsl, spirv], check=True)
-            again = [sys.executable, __file__, spirv, "--entry", entry, "--family", given.family]
-            told = subprocess.run(again, capture_output=True, text=True, check=True).stderr
-            found = dict(re.findall(r"^(VGPRs|Spilled VGPRs|Scratch size|Instructions): (\d+)", told, re.M))
-            print(f"{name}: {given.family}: {found}", flush=True)
+            print(f"{name}: {given.family}: {count(wgsl, entry, given.family)}", flush=True)
             subprocess.run(["naga", wgsl, hlsl], check=True)
             slang = [os.environ.get("VELLUS_SLANGC", "slangc"), hlsl, "-lang", "slang", "-target", "cuda"]
             subprocess.run([*slang, "-stage", "compute", "-entry", entry, "-o", cuda], check=True)

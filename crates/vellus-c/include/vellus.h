@@ -508,7 +508,7 @@ enum VellusStatus vellus_shader_fiber(const struct VellusFiber *fiber,
                                       size_t *count);
 
 // The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
-// Its size depends on the fibre: 18 MB at most. Each call makes the table anew, also one that asks for the number of
+// Its size depends on the fibre: 18 MB at most. Each call makes the table again, also one that asks for the number of
 // rows.
 enum VellusStatus vellus_shader_far_table(const struct VellusFiber *fiber,
                                           float *rows,

@@ -51,7 +51,7 @@ pub unsafe extern "C" fn vellus_shader_fiber(
 }
 
 /// The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
-/// Its size depends on the fibre: 18 MB at most. Each call makes the table anew, also one that asks for the number of
+/// Its size depends on the fibre: 18 MB at most. Each call makes the table again, also one that asks for the number of
 /// rows.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vellus_shader_far_table(

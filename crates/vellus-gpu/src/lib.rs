@@ -61,4 +61,4 @@ pub use library::{
 #[cfg(feature = "device")]
 pub use queries::{Answer, Queries, Query};
 #[cfg(feature = "trace")]
-pub use trace::Tracer;
+pub use trace::{Tracer, tracer_shader};

@@ -11,7 +11,8 @@ use source::Array;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus::Bcsdf;
-use vellus_render::packed::RowTracer;
+use vellus::packed::FIBER_ROWS;
+use vellus_render::packed::{PackedScene, RowTracer};
 use vellus_render::{Error, Layout, Mode, Settings, World};
 
 /// Threads in a workgroup of the shader.
@@ -62,14 +63,7 @@ impl Tracer {
         let fibers: Vec<[f32; 4]> = models.iter().flat_map(shader_fiber).collect();
         let far = if settings.mode == Mode::Far { Some(far_tables(&models)?) } else { None };
         let limit = device.limit();
-        let arrays = [
-            Array::new("node_row", "u32", scene.nodes.len(), limit),
-            Array::new("chord_row", "u32", scene.chords.len(), limit),
-            Array::new("triangle_row", "u32", scene.triangles.len(), limit),
-            Array::new("point_row", "f32", scene.points.len(), limit),
-            Array::new("data_row", "u32", scene.data.len(), limit),
-            Array::new("vellus_row", "f32", fibers.len(), limit),
-        ];
+        let arrays = arrays(&scene, limit);
         let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
         // The results, the job and the tables have one each.
         let parts = arrays.iter().chain(&far_array).map(Array::parts).sum::<usize>();
@@ -92,6 +86,30 @@ impl Tracer {
         device.alive().map_err(failed)?;
         Ok(Tracer { device: device.clone(), pipeline, buffers, width: width as u64, words, pace: 4096 })
     }
+}
+
+/// The arrays of a scene, split at `limit` bytes.
+fn arrays(scene: &PackedScene, limit: u64) -> [Array; 6] {
+    [
+        Array::new("node_row", "u32", scene.nodes.len(), limit),
+        Array::new("chord_row", "u32", scene.chords.len(), limit),
+        Array::new("triangle_row", "u32", scene.triangles.len(), limit),
+        Array::new("point_row", "f32", scene.points.len(), limit),
+        Array::new("data_row", "u32", scene.data.len(), limit),
+        Array::new("vellus_row", "f32", FIBER_ROWS * scene.fibers.len(), limit),
+    ]
+}
+
+/// The shader with which a [`Tracer`] renders a scene, in WGSL: for compilers that count its registers.
+///
+/// # Errors
+/// [`Error::Device`] if [`World::packed`] refuses the scene.
+pub fn tracer_shader(world: &World, settings: &Settings, layout: &Layout) -> Result<String, Error> {
+    let scene = world.packed(settings, layout).map_err(|what| refused(&what))?;
+    // The limit of most GPUs. The number of rows of the far field changes nothing else.
+    let limit = 1 << 30;
+    let far = (settings.mode == Mode::Far).then(|| Array::new("vellus_far_row", "f32", 1, limit));
+    Ok(source::shader(&arrays(&scene, limit), far.as_ref(), &scene.features, scene.stack))
 }
 
 /// The tables of all fibres, after rows with the first row of each.
