@@ -30,8 +30,8 @@ fn light_share(class_id: u32, light: u32) -> f32 {
     return data_number(reaching(class_id) + light);
 }
 
-// Bit 0: whether a ray that a thing of a class scattered may find a light by hitting it. Bit 1: whether the light reaches
-// the thing.
+// Bit 0: whether a ray that a thing of a class scattered may find a light by hitting it. Bit 1: whether the light
+// reaches the thing.
 fn finding(class_id: u32, light: u32) -> u32 {
     return data_word(reaching(class_id) + 2u * data_row(LIGHTS).x + 1u + light);
 }

@@ -73,8 +73,8 @@ impl Array {
 /// The whole shader for a scene with these arrays. The bindings are the results, the job, the tables, and the arrays in
 /// their order. `far` is the array with the tables of the far field, if every hit uses it instead of the near field.
 ///
-/// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks. `stack`
-/// is the number of nodes that can wait.
+/// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks.
+/// `stack` is the number of nodes that can wait.
 pub(super) fn shader(arrays: &[Array], far: Option<&Array>, features: &[(&str, bool)], stack: usize) -> String {
     let mut text = shader_library();
     text.push_str(

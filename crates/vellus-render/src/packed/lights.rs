@@ -31,7 +31,7 @@ pub(crate) struct PackedLights {
     /// The first row, [`ROWS`] for each light.
     pub rows: u32,
     /// The first number of what reaches the things of each class: for each light its probability, then the sums of the
-    /// probabilities from 0 to 1, then for each light whether rays find it (bit 0), and whether it reaches them (bit 1).
+    /// probabilities from 0 to 1, then for each light whether rays find it (bit 0) and whether it reaches them (bit 1).
     pub reaching: u32,
     /// The first number of the classes of all things, or [`NONE`] if there are no links.
     pub classes: u32,

@@ -55,8 +55,8 @@ const HEADER: usize = HEADER_ROWS.len() + Layer::ALL.len().div_ceil(4);
 pub const EXTRA_WORDS: usize = 6;
 
 /// Rows of each surface: colour and its texture; roughness, metallic and index of refraction; emission; opacity,
-/// threshold, and the textures of opacity and normals; the factors of the normal map; what it adds. A texture counts from
-/// 1, and 0 is none.
+/// threshold, and the textures of opacity and normals; the factors of the normal map; what it adds. A texture counts
+/// from 1, and 0 is none.
 const SURFACE_ROWS: usize = 6;
 
 /// A scene in rows of four numbers.
