@@ -96,7 +96,8 @@ vec3 radiance(vec3 o, vec3 d) {
         vec3 y = normalize(-d - dot(-d, x) * x), z = cross(x, y);
         mat3 frame = mat3(x, y, z);
         // h: the sine of the angle from the surface normal to wo, about x.
-        VellusHit hit = vellus_hit(0u, -d * frame, clamp(-dot(at - center, z) / s.a.w, -1.0, 1.0));
+        VellusHit hit;
+        vellus_hit(hit, 0u, -d * frame, clamp(-dot(at - center, z) / s.a.w, -1.0, 1.0));
         // The lamp. A path leaves from the side of the fibre that faces its direction, one radius from the axis.
         vec3 lamp = normalize(LAMP), out_ = center + normalize(lamp - dot(lamp, x) * x) * s.a.w * 1.001;
         if (trace(out_, lamp, t) == NONE) sum += share * LAMP_LIGHT * vellus_eval(hit, lamp * frame).rgb;

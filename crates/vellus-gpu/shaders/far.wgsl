@@ -12,17 +12,17 @@ const VELLUS_FAR_ENERGIES = 8u;
 // Prepares a hit. `fiber` is the index of the prepared fibre, and `table` the first row of its table. The lobes 3 and 4
 // of such a hit are the backward and the forward half of scattered light, for sampling; their energies are those of
 // TTs and TRTs.
-fn vellus_far_hit(fiber: u32, table: u32, wo: vec3<f32>) -> VellusHit {
+fn vellus_far_hit(hit: ptr<function, VellusHit>, fiber: u32, table: u32, wo: vec3<f32>) {
     let sin_o = clamp(wo.x, -1.0, 1.0);
     let cos_o = length(wo.yz);
-    var hit = vellus_begin(fiber, wo, sin_o, cos_o);
-    hit.scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0;
-    if hit.scatters {
+    vellus_begin(hit, fiber, wo, sin_o, cos_o);
+    (*hit).scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0;
+    if (*hit).scatters {
         let sin_t = sin_o / vellus_fiber(fiber, VELLUS_OPTICS).x;
         let cos_t = sqrt(max((1.0 - sin_t) * (1.0 + sin_t), 1e-12));
         let reflects = vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0;
         let theta = vellus_atan2(select(sin_o, sin_t, reflects), select(cos_o, cos_t, reflects));
-        vellus_prepare_inclination(&hit, fiber, theta);
+        vellus_prepare_inclination(hit, fiber, theta);
     }
     let head = vellus_far_row(table);
     let rest = max(1.0 - vellus_atan2(abs(sin_o), cos_o) * (2.0 / VELLUS_PI), 0.0);
@@ -32,15 +32,14 @@ fn vellus_far_hit(fiber: u32, table: u32, wo: vec3<f32>) -> VellusHit {
     var sum = VELLUS_TINY;
     for (var p = 0u; p < 7u; p++) {
         let energy = mix(vellus_far_row(row + p), vellus_far_row(row + stride + p), at.t);
-        hit.attenuation[p] = energy;
+        (*hit).attenuation[p] = energy;
         sum += energy.w;
     }
     for (var p = 0u; p < 7u; p++) {
-        hit.attenuation[p].w /= sum;
+        (*hit).attenuation[p].w /= sum;
     }
-    hit.later = mix(vellus_far_row(row + 7u).xy, vellus_far_row(row + stride + 7u).xy, at.t);
-    hit.far = VellusFar(row, stride, at.t, u32(head.y), head.z, 1.0 / sum);
-    return hit;
+    (*hit).later = mix(vellus_far_row(row + 7u).xy, vellus_far_row(row + stride + 7u).xy, at.t);
+    (*hit).far = VellusFar(row, stride, at.t, u32(head.y), head.z, 1.0 / sum);
 }
 
 // Factor `p` at a position between two azimuths.

@@ -45,7 +45,8 @@ fn run_far_queries(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let query = queries[id.x];
-    var hit = vellus_far_hit(query.fiber, query.table, query.wo);
+    var hit: VellusHit;
+    vellus_far_hit(&hit, query.fiber, query.table, query.wo);
     let drawn = vellus_far_sample(&hit, query.u);
     var energy = vellus_energy(&hit);
     var lobes = vellus_far_eval_lobes(&hit, query.wi);

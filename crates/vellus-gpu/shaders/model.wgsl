@@ -62,40 +62,38 @@ struct VellusSample {
 }
 
 // The parts of a hit that do not depend on the offset: the frame and the centres of the longitudinal lobes.
-fn vellus_begin(fiber: u32, wo: vec3<f32>, sin_o: f32, cos_o: f32) -> VellusHit {
-    var hit: VellusHit;
-    hit.fiber = fiber;
-    hit.frame = select(wo.yz / max(cos_o, 1e-12), vec2<f32>(1.0, 0.0), cos_o < 1e-12);
+fn vellus_begin(hit: ptr<function, VellusHit>, fiber: u32, wo: vec3<f32>, sin_o: f32, cos_o: f32) {
+    (*hit).fiber = fiber;
+    (*hit).frame = select(wo.yz / max(cos_o, 1e-12), vec2<f32>(1.0, 0.0), cos_o < 1e-12);
     let shift_sin = vellus_fiber(fiber, VELLUS_SHIFT);
     let shift_cos = vellus_fiber(fiber, VELLUS_SHIFT + 1u);
-    hit.centre_sin = -(sin_o * shift_cos + cos_o * shift_sin);
-    hit.centre_cos = abs(cos_o * shift_cos - sin_o * shift_sin);
-    return hit;
+    (*hit).centre_sin = -(sin_o * shift_cos + cos_o * shift_sin);
+    (*hit).centre_cos = abs(cos_o * shift_cos - sin_o * shift_sin);
 }
 
-// Prepares a hit. `fiber` is the index of a prepared fibre, `offset` is h in [-1, 1].
-fn vellus_hit(fiber: u32, wo: vec3<f32>, offset: f32) -> VellusHit {
+// Prepares a hit, in place: compilers keep a copy of its arrays for each function that returns it. `fiber` is the index
+// of a prepared fibre, `offset` is h in [-1, 1].
+fn vellus_hit(hit: ptr<function, VellusHit>, fiber: u32, wo: vec3<f32>, offset: f32) {
     let sin_o = clamp(wo.x, -1.0, 1.0);
     let cos_o = length(wo.yz);
     let h = clamp(offset, -1.0, 1.0);
-    var hit = vellus_begin(fiber, wo, sin_o, cos_o);
+    vellus_begin(hit, fiber, wo, sin_o, cos_o);
     let path = vellus_path(fiber, sin_o, cos_o, h);
     let twice = 2.0 * path.gamma_t;
-    hit.exit = vec4<f32>(vec3<f32>(0.0, 1.0, 2.0) * (twice + VELLUS_PI) - 2.0 * path.gamma_o, 0.0);
+    (*hit).exit = vec4<f32>(vec3<f32>(0.0, 1.0, 2.0) * (twice + VELLUS_PI) - 2.0 * path.gamma_o, 0.0);
     let first = path.gamma_t - path.gamma_o;
-    hit.scattered_exit = vec2<f32>(first, first + VELLUS_PI + twice);
+    (*hit).scattered_exit = vec2<f32>(first, first + VELLUS_PI + twice);
     let optics = vellus_fiber(fiber, VELLUS_OPTICS);
-    hit.scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0 && abs(path.h_inside) < optics.y;
+    (*hit).scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0 && abs(path.h_inside) < optics.y;
     var mean_path = 0.0;
-    if hit.scatters {
-        vellus_prepare_inclination(&hit, fiber, path.theta);
-        mean_path = vellus_prepare_azimuth(&hit, fiber, path);
+    if (*hit).scatters {
+        vellus_prepare_inclination(hit, fiber, path.theta);
+        mean_path = vellus_prepare_azimuth(hit, fiber, path);
         if vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0 {
-            vellus_prepare_turns(&hit, fiber, path, h, cos_o);
+            vellus_prepare_turns(hit, fiber, path, h, cos_o);
         }
     }
-    vellus_attenuation(&hit, fiber, path, mean_path);
-    return hit;
+    vellus_attenuation(hit, fiber, path, mean_path);
 }
 
 // The share of the light that each lobe carries: the integral of f cos over all wi.

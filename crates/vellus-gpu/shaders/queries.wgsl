@@ -39,7 +39,8 @@ fn run_queries(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let query = queries[id.x];
-    var hit = vellus_hit(query.fiber, query.wo, query.h);
+    var hit: VellusHit;
+    vellus_hit(&hit, query.fiber, query.wo, query.h);
     let drawn = vellus_sample(&hit, query.u);
     var energy = vellus_energy(&hit);
     var lobes = vellus_eval_lobes(&hit, query.wi);

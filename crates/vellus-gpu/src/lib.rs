@@ -12,7 +12,8 @@
 //! one after another. Then, in the frame of the fibre:
 //!
 //! ```wgsl
-//! var hit = vellus_hit(fiber, wo, h);          // everything that depends on wo and the offset h
+//! var hit: VellusHit;
+//! vellus_hit(&hit, fiber, wo, h);              // everything that depends on wo and the offset h
 //! let value = vellus_eval(&hit, wi);           // xyz: f cos, RGB; w: the density of sampling
 //! let drawn = vellus_sample(&hit, u);          // wi, pdf, weight, lobe from four uniform numbers
 //! let energy = vellus_energy(&hit);            // the share of the light in each lobe
@@ -22,7 +23,7 @@
 //! through one more function: `fn vellus_far_row(row: u32) -> vec4<f32>`.
 //!
 //! ```wgsl
-//! var hit = vellus_far_hit(fiber, table, wo);  // table: the first row of the fibre's table
+//! vellus_far_hit(&hit, fiber, table, wo);      // table: the first row of the fibre's table
 //! let value = vellus_far_eval(&hit, wi);
 //! let drawn = vellus_far_sample(&hit, u);
 //! ```

@@ -1,7 +1,7 @@
 // The near field at every hit.
 
-fn fiber_hit(record: u32, wo: vec3<f32>, h: f32) -> VellusHit {
-    return vellus_hit(record, wo, h);
+fn fiber_hit(hit: ptr<function, VellusHit>, record: u32, wo: vec3<f32>, h: f32) {
+    vellus_hit(hit, record, wo, h);
 }
 
 fn fiber_eval(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> vec4<f32> {

@@ -245,7 +245,8 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
     let toward = normalize_or(back - place.tangent * dot(back, place.tangent), n);
     let h = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
     let rows = data_row(SETS).y + 2u * place.strands;
-    var fiber = fiber_hit(record_of(place, hit, sampler), to_fiber(place, back), h);
+    var fiber: VellusHit;
+    fiber_hit(&fiber, record_of(place, hit, sampler), to_fiber(place, back), h);
     if depth == 0u {
         set_layer3(path, LAYER_TANGENT, place.tangent);
         set_layer3(path, LAYER_NORMAL, normalize_or(out, vec3<f32>(0.0)));

@@ -87,7 +87,8 @@ fn kernel(include: &str, vector: &str, [head, main, answer]: [&str; 3], far: boo
         {last}
         {main} {{
             {vector}3 w = {vector}3(0.0, 0.6, 0.8);
-            VellusHit hit = vellus_{part}hit(0u, {at});
+            VellusHit hit;
+            vellus_{part}hit(hit, 0u, {at});
             {vector}4 value = vellus_{part}eval(hit, w);
             VellusSample drawn = vellus_{part}sample(hit, value);
             value = value + {vector}4(drawn.weight, drawn.pdf) + {vector}4(vellus_energy(hit).rgb[0], 0.0);
