@@ -494,7 +494,7 @@ enum VellusStatus vellus_hit_sample_array(const struct VellusHit *hit,
                                           const struct VellusSamples *samples);
 
 // The tables that all fibres share in shaders, to `rows`, which has space for `capacity` rows of 4 numbers: the buffer
-// that `vellus_table` reads. `*count` gets the number of rows, also with VELLUS_STATUS_SPACE. To ask for it alone,
+// that `vellus_table` reads. `*count` gets the number of rows, also with VELLUS_STATUS_SPACE. To get only that number,
 // pass 0 as `capacity`; `rows` may then be null. The shaders must be those of the same version, see vellus_version().
 enum VellusStatus vellus_shader_tables(float *rows,
                                        size_t capacity,

@@ -29,7 +29,7 @@ unsafe fn copy(from: &[[f32; 4]], rows: *mut f32, capacity: usize, count: *mut u
 }
 
 /// The tables that all fibres share in shaders, to `rows`, which has space for `capacity` rows of 4 numbers: the buffer
-/// that `vellus_table` reads. `*count` gets the number of rows, also with VELLUS_STATUS_SPACE. To ask for it alone,
+/// that `vellus_table` reads. `*count` gets the number of rows, also with VELLUS_STATUS_SPACE. To get only that number,
 /// pass 0 as `capacity`; `rows` may then be null. The shaders must be those of the same version, see vellus_version().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vellus_shader_tables(rows: *mut f32, capacity: usize, count: *mut usize) -> VellusStatus {

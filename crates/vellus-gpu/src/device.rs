@@ -62,6 +62,7 @@ pub struct Device {
     device: wgpu::Device,
     queue: wgpu::Queue,
     limit: u64,
+    #[cfg(feature = "trace")]
     buffers: usize,
     failure: Failure,
 }
@@ -110,6 +111,7 @@ impl Device {
         let wgpu::AdapterInfo { name, device_type: kind, .. } = adapter.get_info();
         let limits = adapter.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        #[cfg(feature = "trace")]
         let buffers = limits.max_storage_buffers_per_shader_stage as usize;
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         match pollster::block_on(adapter.request_device(&descriptor)) {
@@ -119,7 +121,16 @@ impl Device {
                 device.set_device_lost_callback(move |_, what| lost.set(what));
                 // Without a handler, wgpu panics.
                 device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| refused.set(e.to_string())));
-                Ok(Device { name, kind, device, queue, limit, buffers, failure })
+                Ok(Device {
+                    name,
+                    kind,
+                    device,
+                    queue,
+                    limit,
+                    #[cfg(feature = "trace")]
+                    buffers,
+                    failure,
+                })
             }
             Err(e) => Err(DeviceError::Refused { name, reason: e.to_string() }),
         }
