@@ -193,6 +193,7 @@ fn scene() -> Scene {
         Strands {
             name: format!("{basis:?}"),
             basis,
+            normals: None,
             root_uv: Some(counts.iter().map(|_| Vec2::new(0.25, 0.75)).collect()),
             moved: (basis == Basis::BSpline).then(|| points.iter().map(|p| p.truncate() + Vec3::X).collect()),
             varying: vec![

@@ -124,6 +124,8 @@ typedef struct VellusParameters {
   float layers;
   // Share of water around the fibre, in [0, 1]. Colours are those of dry fur.
   float wet;
+  // The shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's frame.
+  float aspect_ratio;
   // sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
   float medulla_pigment;
   // A VellusExit.

@@ -3,7 +3,7 @@
 use crate::fiber::VellusFiber;
 use crate::memory::{place, reference};
 use crate::status::{Failure, VellusStatus, guard};
-use vellus::{Tables, packed};
+use vellus::{Bcsdf, Tables, packed};
 
 /// Copies rows of four numbers to the caller.
 ///
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn vellus_shader_fiber(
     count: *mut usize,
 ) -> VellusStatus {
     // SAFETY: the rules of the crate.
-    guard(|| unsafe { copy(&packed::fiber(&reference(fiber, "fiber")?.bcsdf), rows, capacity, count) })
+    guard(|| unsafe { copy(&packed::fiber(round(fiber)?), rows, capacity, count) })
 }
 
 /// The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
@@ -61,5 +61,13 @@ pub unsafe extern "C" fn vellus_shader_far_table(
     count: *mut usize,
 ) -> VellusStatus {
     // SAFETY: the rules of the crate.
-    guard(|| unsafe { copy(&packed::far(&reference(fiber, "fiber")?.bcsdf).rows, rows, capacity, count) })
+    guard(|| unsafe { copy(&packed::far(round(fiber)?).rows, rows, capacity, count) })
+}
+
+/// A fibre whose scattering shaders have.
+unsafe fn round<'f>(fiber: *const VellusFiber) -> Result<&'f Bcsdf<'static>, Failure> {
+    // SAFETY: the rules of the crate.
+    let bcsdf = &unsafe { reference(fiber, "fiber") }?.bcsdf;
+    packed::supports(bcsdf.fiber())?;
+    Ok(bcsdf)
 }

@@ -27,7 +27,9 @@ pub fn run(args: &Args) -> Result<()> {
     // Check everything before the first file.
     let mut fibers = Vec::new();
     for fiber in sources(args) {
-        let bcsdf = Bcsdf::new(&fiber.load()?).with_context(|| fiber.source().path.display().to_string())?;
+        let place = || fiber.source().path.display().to_string();
+        let bcsdf = Bcsdf::new(&fiber.load()?).with_context(place)?;
+        vellus::packed::supports(bcsdf.fiber()).with_context(place)?;
         fibers.push((fiber.name(), bcsdf));
     }
     let library = library()?;

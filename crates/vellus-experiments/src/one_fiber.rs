@@ -27,6 +27,7 @@ pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle:
         starts: vec![0, 4],
         points,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

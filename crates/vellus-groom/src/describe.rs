@@ -115,6 +115,7 @@ mod tests {
             starts: vec![0, 2],
             points: vec![Vec4::new(0.0, 0.0, 0.0, 0.0), Vec4::new(0.0, 0.24, 0.1, 0.0)],
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

@@ -5,7 +5,7 @@ use vellus_scene::{Basis, Strands, Values};
 
 /// Converts strands to [`Basis::Linear`]. Each curve segment becomes `steps` ≥ 1 straight segments.
 ///
-/// Motion and values per point are lost, because the points change. Strands that are linear already are returned
+/// Motion, normals and values per point are lost, because the points change. Strands that are linear already are returned
 /// unchanged.
 pub fn flatten(strands: &Strands, steps: usize) -> Strands {
     if strands.basis == Basis::Linear {
@@ -25,6 +25,7 @@ pub fn flatten(strands: &Strands, steps: usize) -> Strands {
         starts,
         points,
         moved: None,
+        normals: None,
         root_uv: strands.root_uv.clone(),
         look: strands.look,
         varying: varying.collect(),
@@ -81,6 +82,7 @@ mod tests {
                 starts: vec![0, 7, 11],
                 points: (0..11).map(|i| Vec4::new(i as f32, 2.0 * i as f32, 1.0, 0.1)).collect(),
                 moved: None,
+                normals: None,
                 root_uv: None,
                 look: 0,
                 varying: Vec::new(),

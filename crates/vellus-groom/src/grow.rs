@@ -73,6 +73,7 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
         starts: (0..=settings.count).map(|i| (i * per_strand) as u32).collect(),
         points,
         moved: None,
+        normals: None,
         root_uv: mesh.uv.as_ref().map(|_| roots.iter().map(|root| root.site.uv).collect()),
         look: 0,
         varying: color.into_iter().collect(),

@@ -76,6 +76,7 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
         starts,
         points: points.ok_or_else(|| Error::NoWidth { file: name.to_owned() })?,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying,

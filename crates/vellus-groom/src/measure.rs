@@ -72,6 +72,7 @@ mod tests {
             starts: vec![0, 4],
             points: points.map(|(x, y)| Vec4::new(x, y, 2.0, 0.05)).to_vec(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

@@ -117,6 +117,7 @@ mod tests {
             moved: Some(points.iter().map(|point| point.truncate() + shift).collect()),
             points,
             name: "field".to_owned(),
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

@@ -80,6 +80,7 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
         g,
         layers,
         wet,
+        aspect_ratio,
         exit,
         medulla_pigment,
         reflectance,
@@ -91,6 +92,7 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
     let builder = builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name());
     let builder = if wet == 0.0 { builder } else { builder.field("water", wet.to_le_bytes()) };
+    let builder = if aspect_ratio == 1.0 { builder } else { builder.field("aspect ratio", aspect_ratio.to_le_bytes()) };
     match reflectance {
         Some(color) => builder.field("reflectance", color.map(f32::to_le_bytes).concat()),
         None => builder,

@@ -272,6 +272,7 @@ mod tests {
             starts: (0..=6000).map(|i| 2 * i).collect(),
             points: (0..6000).flat_map(|i| [point(i, 1.0), point(i, 1.2)]).collect(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

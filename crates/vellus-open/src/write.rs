@@ -66,6 +66,7 @@ pub fn dropped(scene: &Scene, path: impl AsRef<Path>, flavor: Flavor) -> Vec<Str
     for strands in scene.strands.iter().filter(|_| is_hair) {
         dropped.extend(strands.root_uv.as_ref().map(|_| "the uv of the roots".to_owned()));
         dropped.extend(strands.moved.as_ref().map(|_| "the motion".to_owned()));
+        dropped.extend(strands.normals.as_ref().map(|_| "the normals".to_owned()));
         let is_kept = |(parameter, values): &&(Parameter, _)| {
             *parameter == Parameter::Reflectance && matches!(values, Values::PerPoint(_))
         };

@@ -25,6 +25,8 @@ use vellus_open::{FiberFormat, FiberSource};
 /// - `g`: anisotropy of that scattering, in [0, 0.95].
 /// - `layers`: layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
 /// - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
+/// - `aspect_ratio`: shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's
+///   frame.
 /// - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
 /// - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 ///
@@ -193,6 +195,12 @@ impl Fiber {
     #[getter]
     fn wet(&self) -> f64 {
         shortest(self.0.wet)
+    }
+
+    /// Shorter axis of the section over the longer one.
+    #[getter]
+    fn aspect_ratio(&self) -> f64 {
+        shortest(self.0.aspect_ratio)
     }
 
     /// Absorption in the medulla over that in the cortex, for colours.

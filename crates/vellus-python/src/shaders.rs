@@ -21,6 +21,7 @@ impl Fiber {
     ///
     /// Returns float32 of shape (rows, 4). All fibres have the same number of rows.
     fn shader_record<'py>(&self, py: Python<'py>) -> Array<'py> {
+        packed::supports(&self.0).map_err(value)?;
         array(py, packed::fiber(&Bcsdf::new(&self.0).map_err(value)?).to_vec())
     }
 
@@ -28,6 +29,7 @@ impl Fiber {
     ///
     /// Returns float32 of shape (rows, 4). The number of rows depends on the fibre: 18 MB at most.
     fn shader_far_table<'py>(&self, py: Python<'py>) -> Array<'py> {
+        packed::supports(&self.0).map_err(value)?;
         let bcsdf = Bcsdf::new(&self.0).map_err(value)?;
         array(py, py.detach(|| packed::far(&bcsdf)).rows)
     }

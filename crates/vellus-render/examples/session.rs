@@ -30,6 +30,7 @@ fn scene() -> Scene {
         starts: (0..=500).map(|i| 4 * i).collect(),
         points,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: Vec::new(),

@@ -7,8 +7,8 @@ use crate::light::Lights;
 use crate::shading::colors;
 use crate::shown::Reflectance;
 use crate::world::World;
-use glam::{Vec3, Vec4Swizzles};
-use vellus::{Fiber, FiberFrame, Parameter};
+use glam::Vec3;
+use vellus::{Fiber, Parameter};
 use vellus_scene::{Camera, Error, Light, Look, Strands, Values};
 
 /// Parameters that vary over a set of strands: see [`Strands::varying`].
@@ -80,6 +80,7 @@ impl World {
         match self.fibers.rebuilt(&self.geometry) {
             Ok(fibers) => {
                 self.fibers = fibers;
+                self.geometry.update_sections();
                 self.update_colors();
                 Ok(())
             }
@@ -129,6 +130,7 @@ impl World {
             before = before.wrapping_add(set.len() as u32);
         }
         self.geometry.curves = curves;
+        self.geometry.update_sections();
         self.geometry.set_view(self.geometry.view);
         self.geometry.reflectance = Reflectance::Dense;
         self.resolve();
@@ -154,8 +156,7 @@ impl World {
                 Some(Pick { point: ray.at(hit.t), distance: hit.t, name, strand: None })
             }
             Hit::Curve(hit) => {
-                let center = hit.segment.at(hit.entry.u);
-                let frame = FiberFrame::new(hit.segment.tangent(hit.entry.u), center.xyz(), center.w);
+                let frame = hit.frame();
                 let point = ray.at(hit.entry.t);
                 let h = frame.offset(point, -ray.direction);
                 let theta = frame.to_local(-ray.direction).x.clamp(-1.0, 1.0).asin();

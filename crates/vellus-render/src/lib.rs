@@ -21,7 +21,7 @@
 //!     starts: vec![0, 2],
 //!     points: vec![Vec4::new(0.0, -0.5, 0.0, 0.1), Vec4::new(0.0, 0.5, 0.0, 0.05)],
 //!     moved: None,
-//!     root_uv: None,
+//!     normals: None, root_uv: None,
 //!     look: 0,
 //!     varying: Vec::new(),
 //! };

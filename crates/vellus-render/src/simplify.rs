@@ -321,6 +321,7 @@ mod tests {
             starts: (0..=count).map(|i| 2 * i as u32).collect(),
             points: points.collect(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: vec![],

@@ -112,6 +112,7 @@ impl World {
             surfaces: scene.surfaces,
             textures: scene.textures,
         };
+        geometry.update_sections();
         let shows = scene.reflectance == ReflectanceOf::Groom;
         shown::resolve(&mut geometry, shows);
         let fibers = Box::new(Fibers::new(geometry.all_strands(), &geometry.looks, make)?);

@@ -92,6 +92,7 @@ mod tests {
             starts: vec![0, points.len() as u32],
             points,
             moved,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

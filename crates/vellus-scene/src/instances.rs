@@ -164,12 +164,15 @@ impl Scene {
 }
 
 impl Strands {
-    /// The strands after a transform. They stay round: the mean scale applies to their radii.
+    /// The strands after a transform. Their sections keep their shape: the mean scale applies to their radii.
     pub fn transformed(&self, matrix: Mat4) -> Self {
         let scale = Mat3::from_mat4(matrix).determinant().abs().cbrt();
         let points = self.points.iter().map(|p| matrix.transform_point3(p.xyz()).extend(p.w * scale)).collect();
         let moved = self.moved.as_ref().map(|moved| moved.iter().map(|p| matrix.transform_point3(*p)).collect());
-        Strands { points, moved, ..self.clone() }
+        let of_normals = Mat3::from_mat4(matrix).inverse().transpose();
+        let normals =
+            self.normals.as_ref().map(|all| all.iter().map(|n| (of_normals * *n).normalize_or_zero()).collect());
+        Strands { points, moved, normals, ..self.clone() }
     }
 }
 
@@ -211,6 +214,7 @@ mod tests {
             starts: vec![0, 2],
             points: vec![Vec4::new(0.0, 0.0, 0.0, 0.1), Vec4::new(1.0, 2.0, 3.0, 0.2)],
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

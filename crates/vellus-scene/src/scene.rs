@@ -167,6 +167,7 @@ mod tests {
             starts: vec![0, 2, 5],
             points: (0..5).map(|i| Vec4::new(i as f32, 0.5, 0.25, 0.01)).collect(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: vec![(crate::Parameter::G, Values::PerStrand(vec![[0.2; 3], [0.3; 3]]))],

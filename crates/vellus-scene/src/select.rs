@@ -66,6 +66,7 @@ impl Strands {
             name: self.name.clone(),
             basis: self.basis,
             moved: self.moved.as_ref().map(of_points),
+            normals: self.normals.as_ref().map(of_points),
             root_uv: self.root_uv.as_ref().map(|uv| kept.iter().map(|&(i, _)| uv[i]).collect()),
             look: self.look,
             varying: varying.collect(),
@@ -95,6 +96,7 @@ impl Strands {
         self.basis.segments(range.len()).is_none()
             || !self.points[range.clone()].iter().all(is_good)
             || self.moved.as_ref().is_some_and(|moved| !moved[range.clone()].iter().all(|p| is_within(*p)))
+            || self.normals.as_ref().is_some_and(|normals| !normals[range.clone()].iter().all(|n| n.is_finite()))
             || self.root_uv.as_ref().is_some_and(|uv| !uv[i].is_finite())
             || self.varying.iter().any(|(_, values)| match values {
                 Values::Constant(_) => false,
@@ -131,6 +133,7 @@ mod tests {
             starts: vec![0, 2, 4, 5, 6, 8],
             points: points.map(|[x, w]| Vec4::new(x, 0.0, 0.0, w)).to_vec(),
             moved: None,
+            normals: None,
             root_uv: Some(vec![Vec2::ZERO, Vec2::ZERO, Vec2::ZERO, Vec2::ZERO, Vec2::ONE]),
             look: 0,
             varying: Vec::new(),
@@ -158,6 +161,7 @@ mod tests {
             starts: (0..=count).map(|i| (i * points) as u32).collect(),
             points: (0..count * points).map(|k| Vec4::new(id(k / points), id(k % points), 0.0, 2.0)).collect(),
             moved: Some((0..count * points).map(|k| Vec3::new(id(k / points), id(k % points), 1.0)).collect()),
+            normals: None,
             root_uv: Some((0..count).map(|i| Vec2::splat(id(i))).collect()),
             look: 3,
             varying: vec![

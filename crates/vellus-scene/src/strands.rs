@@ -62,6 +62,10 @@ pub struct Strands {
     pub points: Vec<Vec4>,
     /// The control points when the shutter closes, as many as `points`. `None` if they do not move.
     pub moved: Option<Vec<Vec3>>,
+    /// The direction of the shorter axis of the section at each point, for fibres that are not round
+    /// ([`vellus::Fiber::aspect_ratio`]): the normal of a ribbon. The part along the tangent does not count. `None`: each
+    /// strand has a direction of its own.
+    pub normals: Option<Vec<Vec3>>,
     /// Texture coordinates of the roots, one for each strand.
     pub root_uv: Option<Vec<Vec2>>,
     /// Index of the look in the scene.
@@ -90,6 +94,16 @@ impl Strands {
     /// Total number of curve segments.
     pub fn segments(&self) -> usize {
         (0..self.len()).filter_map(|i| self.basis.segments(self.strand(i).len())).sum()
+    }
+
+    /// One value for each point.
+    pub fn at_points<T: Copy>(&self, values: &Values<T>) -> Vec<T> {
+        let of_strand = |i: usize| self.starts[i]..self.starts[i + 1];
+        match values {
+            Values::Constant(value) => vec![*value; self.points.len()],
+            Values::PerStrand(values) => (0..self.len()).flat_map(|i| of_strand(i).map(move |_| values[i])).collect(),
+            Values::PerPoint(values) => values.clone(),
+        }
     }
 
     /// Checks that array lengths are consistent, and that coordinates and radii are at most [`MAX_COORDINATE`].
@@ -134,6 +148,9 @@ impl Strands {
         if self.moved.as_ref().is_some_and(|m| m.len() != self.points.len() || !m.iter().all(|p| is_within(*p))) {
             let what = "there must be as many moved points as points, all finite and within";
             return fail(format!("{what} ±{MAX_COORDINATE:e}"));
+        }
+        if self.normals.as_ref().is_some_and(|n| n.len() != self.points.len() || !n.iter().all(|n| n.is_finite())) {
+            return fail("there must be one finite normal for each point".to_owned());
         }
         if self.root_uv.as_ref().is_some_and(|uv| uv.len() != self.len() || uv.iter().any(|uv| !uv.is_finite())) {
             return fail("there must be one finite root uv for each strand".to_owned());

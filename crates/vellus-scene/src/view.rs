@@ -140,6 +140,7 @@ mod tests {
             starts: (0..=strands.len() as u32).map(|i| 2 * i).collect(),
             points: points.collect::<Vec<Vec4>>(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

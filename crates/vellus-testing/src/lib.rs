@@ -46,6 +46,7 @@ pub fn full_fiber() -> Fiber {
         exit: ScatterExit::default(),
         medulla_pigment: 0.3,
         wet: 0.0,
+        aspect_ratio: 1.0,
         reflectance: None,
     }
 }
@@ -115,6 +116,7 @@ impl Uniform {
             exit: ScatterExit::default(),
             medulla_pigment: 0.3,
             wet: 0.0,
+            aspect_ratio: 1.0,
             reflectance: None,
         }
     }

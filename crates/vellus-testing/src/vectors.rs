@@ -46,7 +46,7 @@ impl Vector {
     }
 }
 
-/// The columns of the fibres: a name, the exit, then the stored parameters in the units of files.
+/// The columns of the fibres: a name, the exit, then the stored parameters in the units of files. All are round.
 pub fn fiber_columns() -> Vec<String> {
     let stored = Parameter::ALL
         .into_iter()

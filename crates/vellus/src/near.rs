@@ -63,10 +63,30 @@ pub(crate) struct Near<P, V: Lanes = f32> {
 impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     #[inline(always)]
     pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
+        if prepared.section.is_some() {
+            return Self::elliptical(prepared, wo, h);
+        }
+        let polar = Polar::new(wo);
+        let path = Path::new(&prepared.in_air, polar.sin, polar.cos, h);
+        Self::along(prepared, wo, polar, h, path)
+    }
+
+    /// The section is an ellipse. Not inlined, so that the others stay small.
+    #[cold]
+    #[inline(never)]
+    fn elliptical(prepared: P, wo: [V; 3], h: V) -> Self {
+        let polar = Polar::new(wo);
+        let inverse = V::splat(1.0) / polar.cos.max(V::splat(1e-12));
+        let toward = Frame::new(wo, polar.cos, inverse).toward();
+        let path = prepared.path([polar.sin, polar.cos], toward, h);
+        Self::along(prepared, wo, polar, h, path)
+    }
+
+    /// A hit whose light takes a path.
+    #[inline(always)]
+    fn along(prepared: P, wo: [V; 3], Polar { sin, cos }: Polar<V>, h: V, path: Path<V>) -> Self {
         let zero = V::splat(0.0);
         let fiber = &prepared.in_air;
-        let Polar { sin, cos } = Polar::new(wo);
-        let path = Path::new(fiber, sin, cos, h);
         let mut paths = [0.0; 8];
         let exists = prepared.medulla.exists();
         let tau = if exists { prepared.medulla.tau_position(path.elongation) } else { zero };

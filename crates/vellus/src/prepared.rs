@@ -1,13 +1,16 @@
 //! The parameters of one fibre, prepared for its hits.
 
 use crate::cylinder::azimuthal::Azimuthal;
+use crate::cylinder::ellipse::Ellipse;
 use crate::cylinder::longitudinal::Longitudinal;
+use crate::cylinder::path::Path;
 use crate::exit::Reflection;
 use crate::exit::table::ExitTable;
 use crate::exit::turn::Turning;
 use crate::fiber::Fiber;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
+use crate::simd::lanes::Lanes;
 use std::ops::Deref;
 
 /// Everything about a fibre that all its hits need.
@@ -17,6 +20,8 @@ pub(crate) struct Prepared<'t> {
     pub fiber: Fiber,
     /// [`Fiber::in_air`], whose parameters are those of the model.
     pub in_air: Fiber,
+    /// The section, unless it is a circle.
+    pub section: Option<Ellipse>,
     pub longitudinal: Longitudinal,
     pub azimuthal: Azimuthal,
     pub medulla: Medulla<'t>,
@@ -45,6 +50,16 @@ impl Deref for Owned {
 }
 
 impl<'t> Prepared<'t> {
+    /// The path of light that hits at the offset h, from the inclination with this sine and cosine, and from the azimuth
+    /// with the cosine and the sine `toward`.
+    #[inline(always)]
+    pub fn path<V: Lanes>(&self, inclination: [V; 2], toward: [V; 2], h: V) -> Path<V> {
+        match &self.section {
+            None => Path::new(&self.in_air, inclination[0], inclination[1], h),
+            Some(section) => section.path(&self.in_air, inclination, toward, h),
+        }
+    }
+
     /// The fibre must be valid.
     pub fn new(given: &Fiber, tables: &'t Tables) -> Self {
         let fiber = &given.in_air();
@@ -56,12 +71,13 @@ impl<'t> Prepared<'t> {
         Prepared {
             fiber: *given,
             in_air: *fiber,
+            section: Ellipse::of(fiber),
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla,
             reflection,
             turning,
-            fine: fiber.needs_fine_windows(),
+            fine: fiber.needs_fine_windows() || fiber.aspect_ratio < 1.0,
         }
     }
 }

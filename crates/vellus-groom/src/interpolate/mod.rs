@@ -177,7 +177,14 @@ impl Binding {
         let points = [&guides.points[..], &new].concat();
         let moved = guides.moved.as_ref().map(|moved| {
             let radii = moved.iter().zip(&guides.points).map(|(p, old)| p.extend(old.w)).collect();
-            let closed = Strands { points: radii, moved: None, varying: Vec::new(), root_uv: None, ..guides.clone() };
+            let closed = Strands {
+                points: radii,
+                moved: None,
+                normals: None,
+                varying: Vec::new(),
+                root_uv: None,
+                ..guides.clone()
+            };
             let shapes = Shapes::new(&closed, roots(&closed));
             let new = self.strands.par_iter().flat_map_iter(|bound| shapes.strand(bound, settings));
             let new: Vec<Vec3> = new.map(|p| p.truncate()).collect();
@@ -206,7 +213,12 @@ impl Binding {
             let new = self.strands.iter().map(|bound| bound.uv(uv));
             uv.iter().copied().chain(new).collect()
         });
-        Strands { starts, points, moved, varying, root_uv, name: guides.name.clone(), ..*guides }
+        let normals = guides.normals.as_ref().map(|normals| {
+            let rows: Vec<[f32; 3]> = normals.iter().map(|n| n.to_array()).collect();
+            let new = self.strands.iter().flat_map(|bound| shape::along(guides, &rows, bound));
+            normals.iter().copied().chain(new.map(Vec3::from)).collect()
+        });
+        Strands { starts, points, moved, normals, varying, root_uv, name: guides.name.clone(), ..*guides }
     }
 }
 

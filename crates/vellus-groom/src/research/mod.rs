@@ -46,6 +46,7 @@ pub fn read_research(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Str
         starts,
         points: points.into_iter().map(|p| p.extend(radius)).collect(),
         moved: None,
+        normals: None,
         root_uv,
         look: 0,
         varying: colors.map(|colors| (Parameter::Reflectance, Values::PerPoint(colors))).into_iter().collect(),

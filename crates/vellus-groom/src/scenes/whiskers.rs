@@ -58,6 +58,7 @@ impl Whiskers {
             starts: (0..=2 * rows * columns).map(|i| (i * per_strand) as u32).collect(),
             points,
             moved: None,
+            normals: None,
             root_uv: None,
             look,
             varying: vec![(Parameter::Melanin, Values::Constant([eumelanin, pheomelanin, 0.0]))],

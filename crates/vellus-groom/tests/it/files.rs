@@ -15,6 +15,7 @@ fn strands() -> Strands {
         starts: vec![0, 2, 7, 11],
         points: (0..11).map(point).collect(),
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![(Parameter::Reflectance, Values::PerPoint(vec![[0.25, 0.5, 0.75]; 11]))],

@@ -16,6 +16,7 @@ fn guides(roots: &[Vec3], tip: impl Fn(Vec3) -> Vec3) -> Strands {
         starts: (0..=roots.len() as u32).map(|i| 4 * i).collect(),
         points: points.map(|(root, t)| (root + t * tip(root)).extend(0.01 - 0.005 * t)).collect(),
         moved: None,
+        normals: None,
         root_uv: Some(roots.iter().map(|root| Vec2::new(root.x, root.z)).collect()),
         look: 0,
         varying: vec![(Parameter::Reflectance, Values::PerStrand(roots.iter().map(|r| [r.x, r.y, r.z]).collect()))],

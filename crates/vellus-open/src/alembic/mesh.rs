@@ -1,6 +1,6 @@
 //! Polygons as meshes of triangles.
 
-use super::place::Place;
+use super::place::{Place, normal_of};
 use super::{Reader, Skipped};
 use glam::{DMat3, Vec2, Vec3};
 use vellus_alembic::{Attribute, Mesh};
@@ -33,8 +33,7 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<vellus_scene::M
     // Corners of Alembic are clockwise. A transform that mirrors turns them.
     let linear = DMat3::from_mat4(place.to_world);
     let triangles = triangles(&mesh, &positions, linear.determinant() > 0.0);
-    let of_normals = linear.inverse().transpose();
-    let normal = |n: [f32; 3]| (of_normals * Vec3::from(n).as_dvec3()).normalize_or_zero().as_vec3();
+    let normal = normal_of(&place.to_world);
     let found = vellus_scene::Mesh {
         name: place.path.clone(),
         positions,

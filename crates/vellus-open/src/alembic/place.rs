@@ -120,6 +120,12 @@ fn world(matrix: &DMat4, points: &[[f32; 3]]) -> Vec<Vec3> {
     points.iter().map(|p| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3()).collect()
 }
 
+/// Turns a normal into world space. The result has unit length, or is 0.
+pub(super) fn normal_of(matrix: &DMat4) -> impl Fn([f32; 3]) -> Vec3 {
+    let of_normals = DMat3::from_mat4(*matrix).inverse().transpose();
+    move |n| (of_normals * DVec3::from(n.map(f64::from))).normalize_or_zero().as_vec3()
+}
+
 /// A rotation and a translation: the transform without its scale.
 pub(super) fn rigid(matrix: &DMat4) -> Mat4 {
     let z = matrix.z_axis.truncate().normalize_or(DVec3::Z);

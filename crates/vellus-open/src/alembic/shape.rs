@@ -279,16 +279,21 @@ pub(super) fn authored(strands: &Strands) -> Authored {
         with(&moved, &mut out, None);
         out.into_iter().map(|p| p.truncate()).collect()
     });
+    let vectors = |rows: Vec<Vec4>| {
+        let mut out = Vec::with_capacity(found.points.len());
+        with(&rows, &mut out, None);
+        out.into_iter().map(|p| p.truncate())
+    };
+    let normals = strands.normals.as_ref().map(|all| vectors(all.iter().map(|n| n.extend(0.0)).collect()).collect());
     let varying = strands.varying.iter().map(|(parameter, values)| match values {
         Values::PerPoint(rows) => {
-            let rows: Vec<Vec4> = rows.iter().map(|row| Vec3::from(*row).extend(0.0)).collect();
-            let mut out = Vec::with_capacity(found.points.len());
-            with(&rows, &mut out, None);
-            (*parameter, Values::PerPoint(out.into_iter().map(|p| p.truncate().to_array()).collect()))
+            let rows = rows.iter().map(|row| Vec3::from(*row).extend(0.0)).collect();
+            (*parameter, Values::PerPoint(vectors(rows).map(|p| p.to_array()).collect()))
         }
         other => (*parameter, other.clone()),
     });
-    found.varying = varying.collect();
+    let varying = varying.collect();
+    (found.normals, found.varying) = (normals, varying);
     if !is_pinned {
         found.basis = Basis::Bezier;
         return Authored { strands: found, rows: Vec::new() };

@@ -1,7 +1,7 @@
 //! Curves as sets of strands: widths, texture coordinates, colours, guides and groups.
 
 use super::guides::{self, Bound, Guides};
-use super::place::Place;
+use super::place::{Place, normal_of};
 use super::shape::Shape;
 use super::{Reader, Skipped};
 use crate::Warning;
@@ -139,10 +139,16 @@ pub(super) fn read(reader: &mut Reader, place: &Place) -> Result<Found, Skipped>
         points: positions.iter().zip(radii).map(|(p, radius)| p.extend(radius)).collect(),
         starts,
         moved,
+        normals: None,
         root_uv,
         look: 0,
         varying,
     };
+    if let Some(found) = &curves.normals {
+        let normal = normal_of(&place.to_world);
+        all.normals = shape.spread::<3>(found).map(|n| all.at_points(&n).into_iter().map(normal).collect());
+        reader.note(place, all.normals.is_none().then(|| misfit(&shape, found)));
+    }
     let guides = named(&[GUIDE]).and_then(|guide| each(reader, place, &shape, guide, |row| guide.number(row, 0)));
     let mut guides: Option<Vec<bool>> = guides.map(|all| all.into_iter().map(|guide| guide != 0.0).collect());
     let ids = named(&[guides::ID]);

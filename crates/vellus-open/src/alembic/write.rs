@@ -212,6 +212,10 @@ impl<W: Write> File<W> {
             Basis::CatmullRom => (CurveType::Cubic, CurveBasis::CatmullRom),
         };
         let open: Vec<Vec3> = authored.strands.points.iter().map(|p| p.truncate()).collect();
+        let normals = authored.strands.normals.as_ref().map(|all| {
+            let values = of_points(all.iter().flat_map(|n| n.to_array()).collect(), "N", 3);
+            Attribute { interpretation: "normal".to_owned(), ..values }
+        });
         let times = if authored.strands.moved.is_some() { self.times } else { 0 };
         let mut curves = Geometry::curves(&mut self.writer, parent, &name, times)?;
         for positions in [Some(open), authored.strands.moved].into_iter().flatten() {
@@ -227,7 +231,7 @@ impl<W: Write> File<W> {
                 knots: Vec::new(),
                 widths: Some(widths.clone()),
                 uv: None,
-                normals: None,
+                normals: normals.clone(),
             };
             curves.add_curves(&mut self.writer, &sample, &attributes)?;
         }
@@ -365,6 +369,7 @@ mod tests {
             // Exact in single precision, also beyond the ends.
             moved: Some(points.iter().map(|p| p.truncate() + Vec3::new(0.5, 0.0, 0.0)).collect()),
             points,
+            normals: None,
             root_uv: Some((0..counts.len()).map(|i| Vec2::new(0.1 * i as f32, 0.7)).collect()),
             look: 0,
             varying: vec![

@@ -223,6 +223,7 @@ mod tests {
             starts: (0..=40).map(|i| 2 * i).collect(),
             points: (0..40).flat_map(strand).collect(),
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: Vec::new(),

@@ -48,6 +48,8 @@ class Fiber:
     - `g`: anisotropy of that scattering, in [0, 0.95].
     - `layers`: layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
     - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
+    - `aspect_ratio`: shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's
+      frame.
     - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
     - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 
@@ -80,6 +82,7 @@ class Fiber:
         g: SupportsFloat | None = None,
         layers: SupportsFloat | None = None,
         wet: SupportsFloat | None = None,
+        aspect_ratio: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,
@@ -122,6 +125,9 @@ class Fiber:
     def wet(self) -> float:
         """Share of water around the fibre."""
     @property
+    def aspect_ratio(self) -> float:
+        """Shorter axis of the section over the longer one."""
+    @property
     def medulla_pigment(self) -> float:
         """Absorption in the medulla over that in the cortex, for colours."""
     @property
@@ -141,6 +147,7 @@ class Fiber:
         g: SupportsFloat | None = None,
         layers: SupportsFloat | None = None,
         wet: SupportsFloat | None = None,
+        aspect_ratio: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,

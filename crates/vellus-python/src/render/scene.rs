@@ -366,6 +366,7 @@ impl Scene {
             starts,
             points: points.into_iter().zip(radii).map(|(p, r): (Vec3, f32)| p.extend(r)).collect::<Vec<Vec4>>(),
             moved: moved.map(|moved| moved.into_iter().map(Vec3::from).collect()),
+            normals: None,
             root_uv: uv.map(|uv| uv.into_iter().map(Vec2::from).collect()),
             look,
             varying: values,

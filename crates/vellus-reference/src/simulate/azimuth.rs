@@ -1,8 +1,10 @@
 //! The azimuth of scattered light in the near field: the model beside a simulated fibre.
 
 use crate::simulate::energies::Offsets;
+use crate::simulate::medulla::stream;
 use crate::simulate::scattered::scattered;
-use crate::simulate::tracer::out_of_range;
+use crate::simulate::tracer::{CHUNK, Fate, Surface, Tracer, check, out_of_range};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Bcsdf, Error, Fiber, Lobe, Window, direction};
 
@@ -83,4 +85,45 @@ pub fn azimuths(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS],
         }
     }
     Ok(bins)
+}
+
+/// The light that leaves a fibre, over the azimuth φ − φ_o: [`BINS`] bins from 0 to 2π, RGB, as fractions of the light
+/// that hits it. The cuticle is smooth.
+///
+/// The light arrives at the inclination `theta_o` and the azimuth `phi_o` (radians, |θ_o| < 90°) from the longer axis of
+/// the section. The result depends on the seed, but not on the number of threads.
+///
+/// # Errors
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o` or an offset is out of range.
+pub fn all_azimuths(
+    fiber: &Fiber,
+    [theta_o, phi_o]: [f64; 2],
+    offsets: Offsets,
+    photons: u64,
+    seed: u64,
+) -> Result<[[f64; 3]; BINS], Error> {
+    check(fiber, theta_o)?;
+    offsets.check()?;
+    let tracer = Tracer::new(fiber, Surface::SMOOTH).turned(phi_o);
+    let chunks: Vec<_> = (0..photons.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let (mut rng, mut sums) = (stream(seed, chunk), [[0.0; 3]; BINS]);
+            for k in chunk * CHUNK..((chunk + 1) * CHUNK).min(photons) {
+                let h = offsets.of_photon(k, photons, &mut rng);
+                tracer.photon(theta_o, h, &mut rng, &mut |fate, [_, y, z], energy| {
+                    let bin = (z.atan2(y).rem_euclid(TAU) / TAU * BINS as f64) as usize % BINS;
+                    if fate != Fate::Guided {
+                        (0..3).for_each(|c| sums[bin][c] += energy[c]);
+                    }
+                });
+            }
+            sums
+        })
+        .collect();
+    let mut light = [[0.0; 3]; BINS];
+    for sums in chunks {
+        (0..BINS).for_each(|bin| (0..3).for_each(|c| light[bin][c] += sums[bin][c] / photons as f64));
+    }
+    Ok(light)
 }

@@ -10,7 +10,7 @@
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
 //! - [`mod@scattered`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters
 //!   with the cuticle.
-//! - [`azimuth`]: the azimuth of that light at one offset, beside the model.
+//! - [`azimuth`]: the azimuth of that light at one offset, beside the model, and that of all light of a flat fibre.
 //!
 //! ```
 //! use vellus::{Fiber, Species};

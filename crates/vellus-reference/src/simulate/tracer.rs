@@ -1,6 +1,6 @@
 //! Traces photons through a whole fibre, in three dimensions and f64.
 //!
-//! The fibre is a dielectric cylinder of radius 1 with `layers` cuticle layers, an absorbing cortex and a concentric
+//! The fibre is a dielectric cylinder, whose section is a circle of radius 1 or an ellipse of the same area, with `layers` cuticle layers, an absorbing cortex and a concentric
 //! medulla that scatters (Henyey–Greenstein) and absorbs. Total internal reflection is included, at any inclination.
 //! Apart from the reflectance of the cuticle, no closed form of the model is used.
 //!
@@ -109,6 +109,10 @@ pub(crate) struct Tracer {
     sigma_ms: f64,
     g: f32,
     surface: Surface,
+    /// The semi-axes of the section, along y and z. That of the medulla has the same ratio.
+    axes: [f64; 2],
+    /// The azimuth of ω_o from the longer axis.
+    phi_o: f64,
 }
 
 /// Reflection and refraction at the cuticle.
@@ -137,7 +141,22 @@ impl Tracer {
             sigma_ms: fiber.sigma_ms.into(),
             g: fiber.g,
             surface,
+            axes: {
+                let root = f64::from(fiber.aspect_ratio).sqrt();
+                [1.0 / root, root]
+            },
+            phi_o: 0.0,
         }
+    }
+
+    /// The same fibre, with light from the azimuth `phi_o` from the longer axis of the section, in radians.
+    pub(crate) fn turned(self, phi_o: f64) -> Self {
+        Tracer { phi_o, ..self }
+    }
+
+    /// A vector across the fibre over the semi-axes: the ellipse becomes the unit circle.
+    fn over_axes(&self, v: [f64; 2]) -> [f64; 2] {
+        [v[0] / self.axes[0], v[1] / self.axes[1]]
     }
 
     /// Reflectance of the cuticle, by the cosine of the angle of incidence outside.
@@ -160,11 +179,14 @@ impl Tracer {
         }
     }
 
-    /// Light with direction `d` hits the cuticle at `p`, where the smooth normal is `p` itself.
+    /// Light with direction `d` hits the cuticle at `p`.
     ///
     /// A rough facet is sampled again if light would hit its back, or leave to the wrong side of the smooth surface.
     /// The fibre is convex, so light does not hit two facets in sequence.
     fn cuticle(&self, p: [f64; 2], d: [f64; 3], entering: bool, rng: &mut SimRng) -> Meeting {
+        let n = self.over_axes(self.over_axes(p));
+        let length = n[0].hypot(n[1]);
+        let p = n.map(|x| x / length);
         let smooth = [0.0, p[0], p[1]];
         if self.surface == Surface::SMOOTH {
             return self.meet(d, smooth, entering);
@@ -204,9 +226,16 @@ impl Tracer {
         rng: &mut SimRng,
         record: &mut impl FnMut(Fate, u32, [f64; 3], [f64; 3]),
     ) {
-        // The photon travels along azimuth π. The normal at the hit has azimuth −γ.
-        let mut p = [(1.0 - h * h).max(0.0).sqrt(), -h];
-        let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
+        // On the unit circle, the photon travels along azimuth ψ + π, and the normal at the hit has the azimuth ψ − γ.
+        let (sin_o, cos_o) = self.phi_o.sin_cos();
+        let toward = self.over_axes([cos_o, sin_o]);
+        let psi = toward[1].atan2(toward[0]) - h.asin();
+        let mut p = [self.axes[0] * psi.cos(), self.axes[1] * psi.sin()];
+        let arriving = [-theta_o.sin(), -theta_o.cos() * cos_o, -theta_o.cos() * sin_o];
+        // Directions are recorded relative to ω_o.
+        let record = &mut |fate: Fate, encounter: u32, [x, y, z]: [f64; 3], energy: [f64; 3]| {
+            record(fate, encounter, [x, y * cos_o + z * sin_o, z * cos_o - y * sin_o], energy);
+        };
         // The first hit splits the energy: R is exact, and the rest enters the fibre.
         let entry = self.cuticle(p, arriving, true, rng);
         record(Fate::R, 0, entry.reflected, [entry.f; 3]);
@@ -239,9 +268,9 @@ impl Tracer {
                 record(fate, encounter, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
             }
             energy = energy.map(|e| e * exit.f);
-            // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre
+            // After total reflection by a smooth circle, a path that misses the medulla repeats forever. The fibre
             // guides what the cortex does not absorb.
-            if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
+            if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH && self.axes == [1.0; 2] {
                 record(
                     Fate::Guided,
                     encounter,
@@ -275,9 +304,10 @@ impl Tracer {
 
     /// Moves the photon to the next scattering event or to the cuticle, with absorption.
     fn travel(&self, p: &mut [f64; 2], d: &mut [f64; 3], energy: &mut [f64; 3], rng: &mut SimRng) -> Event {
-        let a = (d[1] * d[1] + d[2] * d[2]).max(1e-30);
-        let b = p[0] * d[1] + p[1] * d[2];
-        let r2 = p[0] * p[0] + p[1] * p[1];
+        let ([px, py], [dx, dy]) = (self.over_axes(*p), self.over_axes([d[1], d[2]]));
+        let a = (dx * dx + dy * dy).max(1e-30);
+        let b = px * dx + py * dy;
+        let r2 = px * px + py * py;
         let out = (-b + (b * b - a * (r2 - 1.0).min(0.0)).sqrt()) / a;
         let discriminant = b * b - a * (r2 - self.kappa * self.kappa);
         let mut attenuate = |cortex: f64, medulla: f64| {
@@ -309,7 +339,8 @@ impl Tracer {
         attenuate(out - inside, inside);
         let missed = inside <= 0.0;
         let q = [p[0] + out * d[1], p[1] + out * d[2]];
-        let radius = q[0].hypot(q[1]);
+        let [x, y] = self.over_axes(q);
+        let radius = x.hypot(y);
         *p = q.map(|x| x / radius);
         Event::Cuticle { missed }
     }

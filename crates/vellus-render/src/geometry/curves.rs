@@ -4,12 +4,14 @@
 //! of each test is the curve's deviation from its chord. Only the few segments that pass are intersected exactly.
 
 use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::flat::Section;
 use crate::geometry::memory;
 use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::{Entry, Segment};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
-use vellus_scene::Strands;
+use vellus::FiberFrame;
+use vellus_scene::{Basis, Strands};
 use wide::{f32x8, u32x8};
 
 /// Both ends of eight chords ([`Segment::chord`]). Missing ones are infinitely far away.
@@ -40,6 +42,8 @@ pub struct Curves {
     closed: Vec<Ends>,
     bvh: Bvh,
     segments: usize,
+    /// The aspect ratio of the fibres of each set, if any is not round.
+    flat: Vec<f32>,
 }
 
 /// The largest error of an entry, from Newton's method and rounding, in radii.
@@ -73,8 +77,24 @@ pub struct CurveHit {
     pub entry: Entry,
     /// The segment, at the time of the ray.
     pub segment: Segment,
+    /// The section, unless it is a circle.
+    pub section: Option<Section>,
     /// Index of the instance, if the strand is part of one.
     pub instance: Option<u32>,
+}
+
+impl CurveHit {
+    /// The frame of the fibre.
+    pub(crate) fn frame(&self) -> FiberFrame {
+        let u = self.entry.u;
+        match &self.section {
+            Some(section) => section.frame(&self.segment, u),
+            None => {
+                let point = self.segment.at(u);
+                FiberFrame::new(self.segment.tangent(u), point.xyz(), point.w)
+            }
+        }
+    }
 }
 
 impl Curves {
@@ -95,7 +115,7 @@ impl Curves {
             .zip(&offsets)
             .flat_map(|(set, &offset)| {
                 (0..set.len()).flat_map(move |i| {
-                    let step = if set.basis == vellus_scene::Basis::Bezier { 3 } else { 1 };
+                    let step = if set.basis == Basis::Bezier { 3 } else { 1 };
                     let segments = set.basis.segments(set.strand(i).len()).unwrap_or(0) as u32;
                     (0..segments).map(move |k| offset + set.starts[i] + step * k)
                 })
@@ -108,6 +128,7 @@ impl Curves {
             closed: Vec::new(),
             bvh: Bvh::build(0, |_| EMPTY).0,
             segments: first.len(),
+            flat: Vec::new(),
         };
         let moves = curves.strands.iter().any(|set| set.moved.is_some());
         let (mut bvh, mut leaves) = Bvh::build(first.len(), |i| curves.segment(first[i], 0.5).1.bounds());
@@ -139,7 +160,11 @@ impl Curves {
     }
 
     fn block(&self, first: &[u32; WIDTH], moves: bool) -> Block {
-        let margins = first.map(|first| {
+        Block { ends: self.ends(first, 0.0), margins: self.margins(first, moves), first: *first }
+    }
+
+    fn margins(&self, first: &[u32; WIDTH], moves: bool) -> u32x8 {
+        u32x8::new(first.map(|first| {
             if first == NONE {
                 return 0;
             }
@@ -151,9 +176,12 @@ impl Curves {
                 return pack(reach, reach, caps);
             }
             let stray = open.deviation();
+            if self.aspect_ratio(first).is_some() {
+                // The entry into an ellipse may lie behind the point of the ray next to the axis.
+                return pack(radius + stray, radius + stray, caps);
+            }
             pack(radius + stray, radius * (open.taper() + ROUNDING).min(1.0) + stray, caps)
-        });
-        Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
+        }))
     }
 
     /// Which ends of a segment close its strand with a ball. Linear segments have their own, and points need none.
@@ -170,7 +198,49 @@ impl Curves {
     /// Where a ray enters a segment, or the cap at its end. `margins` are those of its chord.
     #[inline]
     fn enter(&self, first: u32, margins: u32, ray: &Ray) -> Option<Entry> {
-        self.segment(first, ray.time).1.intersect_capped(ray, CAPS.map(|bit| margins & bit != 0))
+        let caps = CAPS.map(|bit| margins & bit != 0);
+        let (set, segment) = self.segment(first, ray.time);
+        if !self.flat.is_empty() && self.flat[set] < 1.0 {
+            return self.enter_flat(first, &segment, caps, ray);
+        }
+        segment.intersect_capped(ray, caps)
+    }
+
+    /// The same for a segment that is not round. The ray may start inside the round one, so it is followed from before.
+    #[cold]
+    fn enter_flat(&self, first: u32, segment: &Segment, caps: [bool; 2], ray: &Ray) -> Option<Entry> {
+        let back = 4.0 * segment.largest_radius() + segment.deviation();
+        let longer = Ray { origin: ray.origin - back * ray.direction, t_max: ray.t_max + back, ..*ray };
+        let entry = segment.intersect_capped(&longer, caps)?;
+        let entry = Entry { t: entry.t - back, ..entry };
+        self.section(first, segment, entry.u)?.enter(segment, ray, entry)
+    }
+
+    /// The aspect ratio of the fibres of the segment that starts at a control point, unless they are round.
+    fn aspect_ratio(&self, first: u32) -> Option<f32> {
+        self.flat.get(self.points(first).0).copied().filter(|&ratio| ratio < 1.0)
+    }
+
+    /// The section at a parameter of the segment that starts at a control point, unless it is a circle.
+    fn section(&self, first: u32, segment: &Segment, u: f32) -> Option<Section> {
+        let aspect_ratio = self.aspect_ratio(first)?;
+        let set = self.points(first).0;
+        let (strands, point) = (&self.strands[set], first - self.offsets[set]);
+        let strand = strand_of(&strands.starts, point);
+        Some(Section::new(strands, strand, point as usize, segment, u, aspect_ratio))
+    }
+
+    /// Sets the aspect ratio of the fibres of each set from that of its look.
+    pub(crate) fn set_aspect_ratios(&mut self, of_look: &impl Fn(usize) -> f32) {
+        let flat: Vec<f32> = self.strands.iter().map(|set| of_look(set.look)).collect();
+        let flat = if flat.iter().any(|&ratio| ratio < 1.0) { flat } else { Vec::new() };
+        if flat == self.flat {
+            return;
+        }
+        self.flat = flat;
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.par_iter_mut().for_each(|block| block.margins = self.margins(&block.first, self.moves()));
+        self.blocks = blocks;
     }
 
     /// The set and the segment that start at a control point.
@@ -193,7 +263,7 @@ impl Curves {
         let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
         let strands = &self.strands[set];
         let point = (first - self.offsets[set]) as usize;
-        let count = if strands.basis == vellus_scene::Basis::Linear { 2 } else { 4 };
+        let count = if strands.basis == Basis::Linear { 2 } else { 4 };
         (set, &strands.points[point..point + count])
     }
 
@@ -260,7 +330,8 @@ impl Curves {
             let (set, segment) = self.segment(first, ray.time);
             let point = first - self.offsets[set];
             let strand = strand_of(&self.strands[set].starts, point);
-            CurveHit { set, strand, point: point as usize, entry, segment, instance: None }
+            let section = if self.flat.is_empty() { None } else { self.section(first, &segment, entry.u) };
+            CurveHit { set, strand, point: point as usize, entry, segment, section, instance: None }
         })
     }
 
@@ -324,6 +395,15 @@ impl Curves {
             true
         });
         waiting
+    }
+}
+
+/// The control points at both ends of the segment that starts at one.
+pub(crate) fn ends(basis: Basis, point: usize) -> (usize, usize) {
+    match basis {
+        Basis::Linear => (point, point + 1),
+        Basis::Bezier => (point, point + 3),
+        Basis::BSpline | Basis::CatmullRom => (point + 1, point + 2),
     }
 }
 
@@ -430,7 +510,6 @@ impl Block {
 mod tests {
     use super::*;
     use glam::{Vec3, Vec4, Vec4Swizzles};
-    use vellus_scene::Basis;
 
     fn noise(i: usize, k: u32) -> f32 {
         ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
@@ -454,6 +533,7 @@ mod tests {
             starts,
             points: all,
             moved: None,
+            normals: None,
             root_uv: None,
             look: 0,
             varying: vec![],

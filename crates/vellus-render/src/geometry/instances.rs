@@ -6,6 +6,7 @@
 use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::curves::{CurveHit, Curves};
 use crate::geometry::details::Details;
+use crate::geometry::flat::Section;
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
 use glam::{Affine3A, Vec3, Vec4Swizzles};
@@ -128,6 +129,11 @@ impl Instances {
     /// Gives meshes the details of their surfaces.
     pub(crate) fn detail(&mut self, details: &Arc<Details>) {
         self.objects.iter_mut().for_each(|object| object.triangles.detail(details));
+    }
+
+    /// Gives the strands the sections of their looks: see [`Curves`].
+    pub(crate) fn set_aspect_ratios(&mut self, of_look: &impl Fn(usize) -> f32) {
+        self.objects.iter_mut().for_each(|object| object.curves.set_aspect_ratios(of_look));
     }
 
     /// Number of instances.
@@ -294,6 +300,8 @@ impl Instances {
                 hit.instance = Some(index);
                 let in_world = |p: glam::Vec4| placed.to_world.transform_point3(p.xyz()).extend(p.w * placed.scale);
                 hit.segment.points = hit.segment.points.map(in_world);
+                let turned = |longer| placed.to_world.transform_vector3(longer);
+                hit.section = hit.section.map(|section| Section { longer: turned(section.longer), ..section });
                 Hit::Curve(hit)
             }
             Hit::Triangle(mut hit) => {
@@ -336,6 +344,7 @@ mod tests {
             starts: (0..=count).map(|i| (i * points) as u32).collect(),
             moved: moves.then(|| all.iter().map(|p| p.xyz() + Vec3::new(0.05, -0.02, 0.03)).collect()),
             points: all,
+            normals: None,
             root_uv: Some((0..count).map(|i| Vec2::splat(noise(i, 8))).collect()),
             look: 0,
             varying: Vec::new(),

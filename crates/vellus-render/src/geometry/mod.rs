@@ -3,6 +3,7 @@
 pub mod bvh;
 pub mod curves;
 pub(crate) mod details;
+pub mod flat;
 pub mod instances;
 pub mod memory;
 pub mod ray;

@@ -11,7 +11,7 @@ use crate::film::{Layer, nearest};
 use crate::geometry::curves::CurveHit;
 use crate::geometry::ray::Ray;
 use crate::shading::fibers::Fibers;
-use glam::{Vec3, Vec4Swizzles};
+use glam::Vec3;
 use std::f32::consts::PI;
 use vellus::{FiberFrame, Lobe, Lobes, Model, Scattering, Window, WindowSupport};
 
@@ -39,15 +39,12 @@ struct Place {
 
 impl Place {
     fn new(hit: &CurveHit, ray: &Ray) -> Self {
-        let point = hit.segment.at(hit.entry.u);
-        let frame = FiberFrame::new(hit.segment.tangent(hit.entry.u), point.xyz(), point.w);
-        Place { frame, time: ray.time, detail: ray.detail }
+        Place { frame: hit.frame(), time: ray.time, detail: ray.detail }
     }
 
     /// A ray that leaves toward `direction`, from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, t_max: f32) -> Ray {
-        let out = self.frame.outward(direction);
-        let origin = self.frame.center() + out * (BESIDE * self.frame.radius());
+        let origin = self.frame.beside(direction, BESIDE);
         Ray { origin, direction, t_max, time: self.time, detail: self.detail }
     }
 }
@@ -66,12 +63,13 @@ pub(super) fn at_fiber<M: Model>(
     let frame = &place.frame;
     let h = frame.offset(ray.at(hit.entry.t), -ray.direction);
     let wo = frame.to_local(-ray.direction);
-    let width = 2.0 * frame.radius();
+    let half = frame.half_width(-ray.direction);
+    let width = 2.0 * half;
     let window = window_for(
         path.settings.mode,
         h,
         path.spread.map(|angle| (angle * hit.entry.t >= width, largest(path.throughput))),
-        || frame.pixel_width(geometry.view.pixel_width(path.settings.size, ray, hit.entry.t)),
+        || (geometry.view.pixel_width(path.settings.size, ray, hit.entry.t) / half.max(1e-30)).min(4.0),
         || sampler.chance(),
     );
     let mut made = None;

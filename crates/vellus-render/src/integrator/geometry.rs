@@ -1,6 +1,6 @@
 //! The parts of a scene that paths use, except for the scattering models of fibres.
 
-use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::curves::{CurveHit, Curves, ends};
 use crate::geometry::instances::{Hit, Instances};
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
@@ -12,7 +12,7 @@ use crate::shading::surface::Scatter;
 use crate::shown::Reflectance;
 use glam::{Vec2, Vec3};
 use vellus::{CoatColors, Fiber, Parameter};
-use vellus_scene::{Basis, Look, Mesh, Strands, Surface, Texture, Values};
+use vellus_scene::{Look, Mesh, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
 pub struct Geometry {
@@ -42,6 +42,13 @@ pub struct Geometry {
 }
 
 impl Geometry {
+    /// Gives the strands the sections of their looks.
+    pub fn update_sections(&mut self) {
+        let of_look = |look: usize| self.looks[look].fiber.aspect_ratio;
+        self.curves.set_aspect_ratios(&of_look);
+        self.instances.set_aspect_ratios(&of_look);
+    }
+
     /// Replaces the camera.
     pub fn set_view(&mut self, view: View) {
         self.view = view;
@@ -227,11 +234,7 @@ impl Geometry {
 
 /// A value per control point at a hit: interpolated linearly between the two control points around it.
 fn along(strands: &Strands, values: &[[f32; 3]], hit: &CurveHit) -> [f32; 3] {
-    let (first, last) = match strands.basis {
-        Basis::Linear => (hit.point, hit.point + 1),
-        Basis::Bezier => (hit.point, hit.point + 3),
-        Basis::BSpline | Basis::CatmullRom => (hit.point + 1, hit.point + 2),
-    };
+    let (first, last) = ends(strands.basis, hit.point);
     let u = hit.entry.u;
     std::array::from_fn(|c| values[first][c] + u * (values[last][c] - values[first][c]))
 }

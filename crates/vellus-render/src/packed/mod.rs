@@ -108,7 +108,7 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, fibres that are not round, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
@@ -120,6 +120,9 @@ impl World {
         }
         if geometry.moves {
             return Err("motion blur".to_owned());
+        }
+        if geometry.looks.iter().any(|look| look.fiber.aspect_ratio < 1.0) {
+            return Err("fibres that are not round (aspect_ratio)".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());

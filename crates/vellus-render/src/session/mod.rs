@@ -142,7 +142,7 @@ pub struct Pass<'a> {
 /// # let strands = Strands {
 /// #     name: "fur".to_owned(), basis: Basis::Linear, starts: vec![0, 2],
 /// #     points: vec![Vec4::new(-1.0, 0.0, 0.0, 0.1), Vec4::new(1.0, 0.0, 0.0, 0.1)],
-/// #     moved: None, root_uv: None, look: 0, varying: vec![],
+/// #     moved: None, normals: None, root_uv: None, look: 0, varying: vec![],
 /// # };
 /// # let look = Look::constant("red-fox", vellus::Fiber::preset(vellus::Species::RedFox));
 /// # let scene = Scene { strands: vec![strands], looks: vec![look], ..Scene::default() };

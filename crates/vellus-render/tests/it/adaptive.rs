@@ -95,6 +95,7 @@ fn the_sun_keeps_its_mean() {
         starts: (0..=300).map(|i| 2 * i).collect(),
         points: (0..300).flat_map(|i| [point(2 * i, -1.0), point(2 * i + 1, 1.0)]).collect(),
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

@@ -13,6 +13,7 @@ pub fn world() -> World {
         starts: vec![0, 2],
         points: vec![Vec4::new(-0.5, 0.0, 0.0, 0.1), Vec4::new(0.5, 0.1, 0.0, 0.1)],
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

@@ -25,6 +25,7 @@ fn scene() -> Scene {
             starts: (0..=30).map(|i| 2 * i).collect(),
             points: (0..30).flat_map(strand).collect(),
             moved: None,
+            normals: None,
             root_uv: None,
             look,
             varying: Vec::new(),

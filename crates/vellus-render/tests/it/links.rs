@@ -35,6 +35,7 @@ fn scene() -> Scene {
         starts: (0..=30).map(|i| 2 * i).collect(),
         points: points.collect(),
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

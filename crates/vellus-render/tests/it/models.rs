@@ -24,6 +24,7 @@ fn fiber() -> Fiber {
         exit: vellus::ScatterExit::default(),
         medulla_pigment: 0.3,
         wet: 0.0,
+        aspect_ratio: 1.0,
         reflectance: None,
     }
 }
@@ -39,6 +40,7 @@ fn scene(varying: bool) -> Scene {
         starts: vec![0, 4],
         points,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: if varying { vec![(Parameter::SigmaCa, values)] } else { vec![] },

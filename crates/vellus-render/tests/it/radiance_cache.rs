@@ -25,6 +25,7 @@ fn tangle(middle: Vec3, fiber: Fiber) -> Scene {
         starts: (0..=COUNT).map(|i| 5 * i as u32).collect(),
         points,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

@@ -32,6 +32,7 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
         starts,
         points,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

@@ -23,6 +23,7 @@ fn fur() -> Strands {
         starts: (0..=COUNT).map(|i| 2 * i as u32).collect(),
         points: points.collect(),
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],

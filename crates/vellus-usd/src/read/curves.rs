@@ -10,7 +10,7 @@ use crate::read::nurbs::Nurbs;
 use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::read::xform::{Place, mean_scale};
 use crate::stage::{Stage, When};
-use glam::{DMat4, DVec3, Vec2, Vec3};
+use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::{Basis, MAX_COORDINATE, Parameter, Strands, Values};
 
 /// The largest width, in scene units.
@@ -106,10 +106,15 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         starts,
         points: all,
         moved,
+        normals: None,
         root_uv,
         look: bound.look,
         varying,
     };
+    match normals(reader, place, &layout, base) {
+        Ok(found) => strands.normals = found.map(|normals| strands.at_points(&normals)),
+        Err(error) => reader.ignore(prim, error)?,
+    }
     if let Some(broken) = strands.remove_broken() {
         // Blender writes NaN handles for curves without handles.
         let has_nan = basis == Basis::Bezier && open.as_flattened().iter().any(|x| x.is_nan());
@@ -220,6 +225,26 @@ fn radii(reader: &mut Reader, place: &Place, layout: &Layout, base: When) -> Res
         Some(width) => Ok(Values::Constant([(0.5 * f64::from(width) * reader.local_scale) as f32])),
         None => Err(Error::prim(prim, "it has no widths: set a default diameter in scene units (--width)")),
     }
+}
+
+/// The normals of ribbons, in world space: the shorter axes of sections that are not round.
+fn normals(reader: &Reader, place: &Place, layout: &Layout, base: When) -> Result<Option<Values<Vec3>>, Error> {
+    let prim = place.path.as_str();
+    let of_normals = DMat3::from_mat4(place.to_world).inverse().transpose();
+    // A strand with NaN is left out, but one without a direction is not.
+    let in_world = |n: [f32; 3]| (of_normals * DVec3::from(n.map(f64::from))).normalize_or_zero().as_vec3();
+    for name in ["primvars:normals", "normals"] {
+        let Some(found) = primvar(reader.stage, prim, name, Interpolation::Vertex, base)? else { continue };
+        if found.values.lanes != 3 {
+            return Err(Error::prim(prim, format!("{name} must be vectors")));
+        }
+        return Ok(Some(match layout.spread(prim, name, &found, |row| [row[0], row[1], row[2]])? {
+            Values::Constant(n) => Values::Constant(in_world(n)),
+            Values::PerStrand(all) => Values::PerStrand(all.into_iter().map(in_world).collect()),
+            Values::PerPoint(all) => Values::PerPoint(all.into_iter().map(in_world).collect()),
+        }));
+    }
+    Ok(None)
 }
 
 /// One uv for each strand. If the file has one for each point, the uv of the first point.

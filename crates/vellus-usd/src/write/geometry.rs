@@ -53,6 +53,9 @@ pub(crate) fn strands(
         None => out.set("point3f[] points", &Array(points()))?,
     }
     out.attribute("float[] widths", &Array(strands.points.iter().map(|p| 2.0 * p.w)), Some("vertex"))?;
+    if let Some(normals) = &strands.normals {
+        out.attribute("normal3f[] normals", &Array(normals.iter().map(|n| n.to_array())), Some("vertex"))?;
+    }
     if let Some(uv) = &strands.root_uv {
         out.attribute("texCoord2f[] primvars:st", &Array(uv.iter().map(|uv| uv.to_array())), Some("uniform"))?;
     }

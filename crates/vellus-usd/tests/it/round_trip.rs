@@ -31,7 +31,17 @@ fn strands(name: &str, basis: Basis, counts: &[u32], look: usize) -> Strands {
     let total = *starts.last().unwrap() as usize;
     let at = |i: usize| Vec3::new(noise(i) - 0.5, 30.0 * noise(i + 1), -1e-5 * noise(i + 2));
     let points = (0..total).map(|i| at(4 * i).extend(1e-3 * noise(4 * i + 3))).collect();
-    Strands { name: name.to_owned(), basis, starts, points, moved: None, root_uv: None, look, varying: Vec::new() }
+    Strands {
+        name: name.to_owned(),
+        basis,
+        starts,
+        points,
+        moved: None,
+        normals: None,
+        root_uv: None,
+        look,
+        varying: Vec::new(),
+    }
 }
 
 /// The index of the profile of a lamp, and its image.

@@ -31,6 +31,7 @@ fn offsets() -> [f32; 8] {
 impl Shape {
     /// The fibre must be valid.
     pub fn new(fiber: &Fiber) -> Self {
+        let fiber = &Fiber { aspect_ratio: 1.0, ..*fiber };
         let prepared = Prepared::new(&fiber.without_absorption(), Tables::shipped());
         let (sin, cos) = THETA.sin_cos();
         let at = offsets().map(|h| {

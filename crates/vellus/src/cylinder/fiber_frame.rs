@@ -1,7 +1,7 @@
 //! The frame of a fibre at a hit. It converts a renderer's directions and positions to those of the model.
 
 use crate::cylinder::frame::is_unit;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// The frame of a fibre at a hit. It converts directions between the renderer's space ("world") and the fibre's frame,
 /// and computes the offset h and the width of a pixel.
@@ -44,6 +44,8 @@ pub struct FiberFrame {
     across: [Vec3; 2],
     center: Vec3,
     radius: f32,
+    /// The shorter semi-axis of the section over the longer one.
+    aspect_ratio: f32,
 }
 
 impl FiberFrame {
@@ -61,7 +63,18 @@ impl FiberFrame {
         let b = n.x * n.y * a;
         let across =
             [Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y)];
-        FiberFrame { tangent, across, center, radius }
+        FiberFrame { tangent, across, center, radius, aspect_ratio: 1.0 }
+    }
+
+    /// The frame of a fibre whose section is an ellipse: [`Fiber::aspect_ratio`](crate::Fiber::aspect_ratio).
+    ///
+    /// `radius` is the longer semi-axis. `longer` is its direction, of any length above 0; its part along the tangent
+    /// does not count. A direction along the tangent gives an arbitrary one. `aspect_ratio` is in (0, 1].
+    #[inline]
+    pub fn flat(tangent: Vec3, longer: Vec3, center: Vec3, radius: f32, aspect_ratio: f32) -> Self {
+        let round = Self::new(tangent, center, radius);
+        let y = round.outward(longer);
+        FiberFrame { across: [y, tangent.cross(y)], aspect_ratio, ..round }
     }
 
     /// The unit vector along the fibre, from root to tip: the x axis of the fibre's frame.
@@ -76,7 +89,7 @@ impl FiberFrame {
         self.center
     }
 
-    /// The radius of the fibre.
+    /// The radius of the fibre, or the longer semi-axis of its section.
     #[inline]
     pub fn radius(&self) -> f32 {
         self.radius
@@ -114,6 +127,11 @@ impl FiberFrame {
     /// the hit may lie a little beside the cylinder. For flat curves there is [`FiberFrame::offset_flat`].
     #[inline]
     pub fn offset(&self, position: Vec3, wo: Vec3) -> f32 {
+        if self.aspect_ratio < 1.0 {
+            // Divided by its axes, the section is a circle, and offsets relative to its width stay.
+            let unit = |w: Vec3| (self.in_section(w) / Vec2::new(1.0, self.aspect_ratio)).normalize_or(Vec2::X);
+            return unit(position - self.center).perp_dot(unit(wo)).clamp(-1.0, 1.0);
+        }
         let n = self.outward(position - self.center);
         let wo = self.across_or(wo, n);
         self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
@@ -127,14 +145,42 @@ impl FiberFrame {
     #[inline]
     pub fn offset_flat(&self, position: Vec3, wo: Vec3) -> f32 {
         let aside = wo.cross(self.tangent).normalize_or_zero();
-        ((position - self.center).dot(aside) / self.radius.max(1e-30)).clamp(-1.0, 1.0)
+        ((position - self.center).dot(aside) / self.half_width(wo).max(1e-30)).clamp(-1.0, 1.0)
+    }
+
+    /// Half of the fibre's width, seen from the direction `wo`: the radius, unless the section is an ellipse.
+    #[inline]
+    pub fn half_width(&self, wo: Vec3) -> f32 {
+        if self.aspect_ratio < 1.0 {
+            let toward = self.in_section(wo).normalize_or(Vec2::Y);
+            return self.radius * Vec2::new(toward.y, self.aspect_ratio * toward.x).length();
+        }
+        self.radius
+    }
+
+    /// The point of the surface on the side of the axis that `direction` points to, `times` as far from the axis.
+    #[inline]
+    pub fn beside(&self, direction: Vec3, times: f32) -> Vec3 {
+        let out = self.outward(direction);
+        let reach = match self.aspect_ratio < 1.0 {
+            true => self.radius / (self.in_section(out) / Vec2::new(1.0, self.aspect_ratio)).length(),
+            false => self.radius,
+        };
+        self.center + out * (times * reach)
+    }
+
+    /// The components across the fibre.
+    #[inline]
+    fn in_section(&self, w: Vec3) -> Vec2 {
+        Vec2::new(w.dot(self.across[0]), w.dot(self.across[1]))
     }
 
     /// The width of a pixel in fibre radii, for [`Window::pixel`](crate::Window::pixel) and
     /// [`Window::cell`](crate::Window::cell). `footprint` is the diameter of the pixel at the hit, in world units, seen
     /// perpendicular to the camera's look-at direction (Yan17 Eq. 27).
     ///
-    /// The result is at most 4: such a window covers the whole fibre wherever it is hit.
+    /// The result is at most 4: such a window covers the whole fibre wherever it is hit. For an ellipse, divide the
+    /// footprint by [`FiberFrame::half_width`] instead.
     #[doc(alias = "Eq. 27")]
     #[inline]
     pub fn pixel_width(&self, footprint: f32) -> f32 {

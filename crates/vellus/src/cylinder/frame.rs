@@ -101,6 +101,12 @@ impl<V: Lanes> Frame<V> {
         }
     }
 
+    /// The cosine and the sine of the azimuth of ω_o.
+    #[inline(always)]
+    pub(crate) fn toward(&self) -> [V; 2] {
+        [self.cos, self.sin]
+    }
+
     /// A direction relative to ω_o.
     #[cfg(feature = "unstable")]
     #[inline(always)]

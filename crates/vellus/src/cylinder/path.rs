@@ -2,6 +2,7 @@
 //! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
+use crate::cylinder::ellipse::Bends;
 use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::ScatterExit;
@@ -35,6 +36,57 @@ pub(crate) struct Path<V> {
     pub sin2_t: V,
     /// cos γ_o and cos γ_t.
     pub cosines: [V; 2],
+    /// What is different if the section is no circle. γ_o and γ_t are then those of the first exit, h′ and h″ the
+    /// offsets on the unit circle.
+    pub bends: Option<Bends<V>>,
+}
+
+/// One pass of light through the fibre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pass<V: Lanes> {
+    /// T, RGB, and the share that is not scattered.
+    pub through: V::Quad,
+    /// Q, the share that is scattered (D5: Q is explicit, and the distributions are densities).
+    pub scattered: V,
+    /// What is left of scattered light when it leaves.
+    pub escape: V::Quad,
+}
+
+impl<V: Lanes> Pass<V> {
+    /// A pass with half of `s_c` in the cortex, half of `s_m` in the medulla, whose share of a diameter is `chord`.
+    /// `mean_path` is ⟨L⟩ of scattered light. An `entry` replaces it.
+    #[inline(always)]
+    pub fn new(
+        fiber: &Fiber,
+        elongation: V,
+        [s_c, s_m, chord]: [V; 3],
+        mean_path: V,
+        entry: Option<&Entry<V>>,
+    ) -> Self {
+        let quad = V::Quad::splat;
+        let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
+        let (sigma_ca, sigma_ma) = (rgb(fiber.sigma_ca), rgb(fiber.sigma_ma));
+        let kappa = V::splat(fiber.kappa);
+        let minus = -elongation;
+        // There is no absorption in the spare channel, so it is the unscattered fraction.
+        let two = V::splat(2.0) * minus;
+        let unscattered = two * s_m * V::splat(fiber.sigma_ms);
+        let through = quad(two * s_c) * sigma_ca + quad(two * s_m) * sigma_ma + quad(unscattered);
+        // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
+        // fixed κ. D17: or the share of scattered light that leaves.
+        let (through, escape) = match entry {
+            None => {
+                let rest = s_c + V::splat(1.0) - kappa;
+                let escape = quad(rest * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
+                (through.exp(), escape.exp())
+            }
+            Some(entry) => {
+                let [escape, ln_kept] = entry.escape(chord);
+                (through.exp(), escape * (quad(s_c * minus) * sigma_ca + ln_kept).exp())
+            }
+        };
+        Pass { through, scattered: unscattered_complement(unscattered, through.array()[3]), escape }
+    }
 }
 
 impl<V: Lanes> Path<V> {
@@ -94,12 +146,16 @@ impl<V: Lanes> Path<V> {
             fresnel: Fresnel { reflected: back * fresnel, transmitted: through * fresnel },
             sin2_t: sin_t * sin_t,
             cosines: [cos_gamma_o, cos_gamma_t],
+            bends: None,
         }
     }
 
     /// Φₚ(h), the exit azimuth of R, TT, TRT relative to ω_o.
     #[inline(always)]
     pub fn exit_azimuth(&self, p: u8) -> V {
+        if let Some(bends) = &self.bends {
+            return bends.exit[usize::from(p)];
+        }
         exit_azimuth(p, self.gamma_o, self.gamma_t)
     }
 
@@ -108,6 +164,9 @@ impl<V: Lanes> Path<V> {
     #[doc(alias = "Eq. 21")]
     #[inline(always)]
     pub fn scattered_azimuth(&self, p: u8) -> V {
+        if let Some(bends) = &self.bends {
+            return bends.scattered[usize::from(p - 1)];
+        }
         let q = f32::from(p - 1);
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
     }
@@ -118,10 +177,15 @@ impl<V: Lanes> Path<V> {
     pub fn rotations(&self, h: V, h_medulla: V) -> [[V; 2]; 3] {
         let ([cos_o, cos_t], one) = (self.cosines, V::splat(1.0));
         let times = |[a, b]: [V; 2], [c, d]: [V; 2]| [a * c - b * d, a * d + b * c];
+        let cos_medulla = ((one - h_medulla) * (one + h_medulla)).max(V::splat(0.0)).sqrt();
+        let meets = |first| times(first, [cos_medulla, -h_medulla]);
+        if let Some(bends) = &self.bends {
+            let [first, second] = bends.rotations;
+            return [first, second, meets(first)];
+        }
         let first = times([cos_t, self.h_inside], [cos_o, -h]);
         let [cos, sin] = times(first, times([cos_t, self.h_inside], [cos_t, self.h_inside]));
-        let cos_medulla = ((one - h_medulla) * (one + h_medulla)).max(V::splat(0.0)).sqrt();
-        [first, [-cos, -sin], times(first, [cos_medulla, -h_medulla])]
+        [first, [-cos, -sin], meets(first)]
     }
 
     /// A(h) of the components in RGB and a spare channel: in the order of [`Component`].
@@ -129,34 +193,15 @@ impl<V: Lanes> Path<V> {
     #[doc(alias = "Table 3")]
     #[inline(always)]
     pub fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT] {
+        if let Some(bends) = &self.bends {
+            return bends.attenuation(self, fiber, mean_path, entry);
+        }
         let one = V::splat(1.0);
         let quad = V::Quad::splat;
-        let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
         let Fresnel { reflected: f, transmitted: t } = self.fresnel;
-        let (sigma_ca, sigma_ma) = (rgb(fiber.sigma_ca), rgb(fiber.sigma_ma));
-        let sigma_ms = V::splat(fiber.sigma_ms);
-        let kappa = V::splat(fiber.kappa);
-        let minus = -self.elongation;
-        // T of one pass. There is no absorption in the spare channel, so it is the unscattered fraction.
-        let two = V::splat(2.0) * minus;
-        let unscattered = two * self.s_m * sigma_ms;
-        let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
-        // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
-        // fixed κ. D17: or the share of scattered light that leaves.
         let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
-        let (pass, escape) = match entry {
-            None => {
-                let escape =
-                    quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
-                (pass.exp(), escape.exp())
-            }
-            Some(entry) => {
-                let [escape, ln_kept] = entry.escape(chord);
-                (pass.exp(), escape * (quad(self.s_c * minus) * sigma_ca + ln_kept).exp())
-            }
-        };
-        // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.
-        let q = unscattered_complement(unscattered, pass.array()[3]);
+        let lengths = [self.s_c, self.s_m, chord];
+        let Pass { through: pass, scattered: q, escape } = Pass::new(fiber, self.elongation, lengths, mean_path, entry);
 
         let (f, t) = (quad(f), quad(t));
         let again = f * pass;

@@ -29,11 +29,11 @@ pub(crate) struct Piece {
 /// medulla's edge is divided there. Otherwise the longest piece is divided in its middle. Lengths and middles are those
 /// of γ.
 #[inline(never)]
-pub(crate) fn divide(pieces: &mut [Option<Piece>; PIECES], edge: Option<f32>) {
+pub(crate) fn divide(pieces: &mut [Option<Piece>; PIECES], edges: [Option<f32>; 2]) {
     while let Some(free) = pieces.iter().position(Option::is_none) {
         let (mut longest, mut cut) = (-1.0, None);
         for (i, Piece { side, range: [low, high], .. }) in pieces.iter().flatten().enumerate() {
-            let (middle, length) = match edge {
+            let (middle, length) = match edges[*side] {
                 // This length is larger than that of any piece.
                 Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
                 _ => (high.asin().midpoint(low.asin()).sin(), high.asin() - low.asin()),
@@ -44,7 +44,8 @@ pub(crate) fn divide(pieces: &mut [Option<Piece>; PIECES], edge: Option<f32>) {
             }
         }
         let Some((i, side, [low, middle, high])) = cut else { return };
-        let piece = |low: f32, high: f32| Some(Piece { side, range: [low, high], nodes: Nodes::new(low, high, edge) });
+        let piece =
+            |low: f32, high: f32| Some(Piece { side, range: [low, high], nodes: Nodes::new(low, high, edges[side]) });
         pieces[i] = piece(low, middle);
         pieces[free] = piece(middle, high);
     }

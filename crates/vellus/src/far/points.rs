@@ -111,14 +111,19 @@ pub(crate) struct Points {
 struct Query<'a, 'b> {
     prepared: &'a Prepared<'b>,
     polar: Polar<f32>,
+    /// The cosine and the sine of the azimuth of ω_o, for offsets ≥ 0 and for those that are mirrored.
+    toward: [[f32; 2]; 2],
     through: &'a Through,
 }
 
 impl Query<'_, '_> {
-    /// Traces paths at offsets h.
+    /// Traces paths at offsets h. `mirror`: 1, or −1 for offsets that are mirrored.
     #[inline(always)]
-    fn paths(&self, h: f32x8) -> Path<f32x8> {
-        Path::new(&self.prepared.in_air, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
+    fn paths(&self, h: f32x8, mirror: f32x8) -> Path<f32x8> {
+        let is_first = mirror.simd_gt(f32x8::ZERO);
+        let [first, second] = self.toward.map(|toward| toward.map(f32x8::splat));
+        let toward = [0, 1].map(|i| is_first.select(first[i], second[i]));
+        self.prepared.path([self.polar.sin, self.polar.cos].map(f32x8::splat), toward, h)
     }
 
     /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in its own lanes.
@@ -173,13 +178,13 @@ impl Group {
         let none = (f32x8::ZERO, f32x8::ZERO);
         let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(FEW.position, FEW.share)));
         let (h, dh) = (lower.select(a.0, b.0), lower.select(a.1, b.1));
-        let path = query.paths(h);
+        self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
+        let path = query.paths(h, self.mirror);
         let narrow = sides.iter().flatten().all(Side::is_narrow);
         self.look_up(query, &path, narrow);
         self.energy = query.energy(&path, dh, FIRST_OF_FEW);
         let (exit, ahead) = query.exits(&path, h, FIRST_OF_FEW);
         self.exit = exit;
-        self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
         ahead.to_array()
     }
 
@@ -187,9 +192,9 @@ impl Group {
     /// over which their light is spread.
     fn prepare_some(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
         let (h, dh) = side.points(SOME.position, SOME.share);
-        let path = query.paths(h);
-        self.look_up(query, &path, side.is_narrow());
         self.mirror = f32x8::splat(mirror);
+        let path = query.paths(h, self.mirror);
+        self.look_up(query, &path, side.is_narrow());
         let (exit, ahead) = query.exits(&path, h, FIRST);
         self.exit = exit;
         // The widest gap between neighbouring points estimates the azimuths that a cell spans. A cell covers at most
@@ -206,7 +211,7 @@ impl Group {
         let within = SOME.share * f32x8::splat(1.0 / count as f32);
         for (k, exit) in spread.iter_mut().enumerate() {
             let (h, dh) = side.points(within.mul_add(f32x8::splat(k as f32 + 0.5), CELLS), within);
-            let path = query.paths(h);
+            let path = query.paths(h, self.mirror);
             let energy = query.energy(&path, dh, FIRST);
             for q in 0..2 {
                 (0..4).for_each(|c| self.energy[q][c] += energy[q][c]);
@@ -316,12 +321,12 @@ impl Points {
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
-        polar: Polar<f32>,
+        (polar, toward): (Polar<f32>, [[f32; 2]; 2]),
         through: &Through,
         sides: [Option<Side>; 2],
         mut energy: [f32x4; 2],
     ) -> [f32x4; 2] {
-        let query = Query { prepared, polar, through };
+        let query = Query { prepared, polar, toward, through };
         self.turning = prepared.turning.is_some();
         if sides.iter().all(Option::is_none) {
             return energy;
@@ -371,7 +376,7 @@ impl Points {
         // If both sides begin at the axis, one group represents their common part, and another the part that only one
         // of them has.
         let pieces = match sides {
-            [Some(a), Some(b)] => {
+            [Some(a), Some(b)] if query.prepared.section.is_none() => {
                 let (shared, rest) = a.overlap(&b);
                 [(Some(shared), 1.0, true), (rest, if a.longer_than(&b) { 1.0 } else { -1.0 }, false)]
             }

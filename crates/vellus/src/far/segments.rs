@@ -217,12 +217,13 @@ impl Half {
 
     /// Prepares it in place, because it is large. Returns the energies of the components, RGB and the largest channel,
     /// and the sums of cos φ and sin φ over the offsets ≥ 0 of light that leaves late: D20, where it stays on the side
-    /// on which it entered. `scale` is 1 over the width of the whole window.
+    /// on which it entered. `toward`: the cosine and the sine of the azimuth of ω_o, mirrored if the offsets are.
+    /// `scale` is 1 over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
-        polar: Polar<f32>,
+        (polar, toward): (Polar<f32>, [f32; 2]),
         through: Option<&Through>,
         nodes: &Nodes,
         signs: &[f32],
@@ -232,7 +233,8 @@ impl Half {
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
         let [sin, cos] = [polar.sin, polar.cos].map(splat);
-        let paths = nodes.gauss.map(|h| Path::new(&prepared.in_air, sin, cos, h));
+        let path = |h| prepared.path([sin, cos], toward.map(splat), h);
+        let paths = nodes.gauss.map(path);
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
         let mut energy = [f32x4::ZERO; Component::COUNT];
@@ -251,13 +253,17 @@ impl Half {
                 (0..2).for_each(|i| late[i] -= (light * entry[i]).reduce_add());
             }
         }
+        let at_ends = prepared.section.is_some().then(|| path(nodes.ends));
         let [gamma_o, gamma_t] = angles(nodes.ends, paths[0].inverse_eta);
         // For each lobe, the ends and the Gauss points of its segments, in standard deviations from its centre.
         let (mut ends, mut points) = ([f32x8::ZERO; 3], [[f32x8::ZERO; 2]; 3]);
         let mut centres = [0.0; 8];
         for p in 0..3 {
             let inverse_sigma = splat(prepared.azimuthal.inverse_sigma[p]);
-            let exit = exit_azimuth(p as u8, gamma_o, gamma_t);
+            let exit = match &at_ends {
+                Some(path) => path.exit_azimuth(p as u8),
+                None => exit_azimuth(p as u8, gamma_o, gamma_t),
+            };
             centres[p] = 0.5 * (exit.lane(0) + exit.lane(7));
             let origin = splat(centres[p]);
             ends[p] = (exit - origin) * inverse_sigma;

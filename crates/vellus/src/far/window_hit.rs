@@ -58,7 +58,14 @@ impl WindowState {
     pub fn prepare(&mut self, prepared: &Prepared) {
         let fiber = &prepared.in_air;
         let polar = Polar::new(self.wo);
-        let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
+        let [cos_phi, sin_phi] = self.frame.toward();
+        // The second side is mirrored.
+        let toward = [[cos_phi, sin_phi], [cos_phi, -sin_phi]];
+        let edge = |side: usize| match &prepared.section {
+            Some(section) => section.edge(fiber, [polar.sin, polar.cos], toward[side]),
+            None => Some(fiber.kappa / inverse_eta(fiber.eta, polar.cos)),
+        };
+        let edges = [0, 1].map(|side| if fiber.kappa > 0.0 { edge(side) } else { None });
         let through = prepared.medulla.exists().then(|| {
             let (sin, cos) = prepared.medulla.refraction.inside(polar.sin, polar.cos * polar.cos);
             self.inclination = prepared.medulla.inclination(sin.atan2(cos));
@@ -70,19 +77,19 @@ impl WindowState {
             Through { pass, mean_paths, entry, leaving: self.inclination.leaving }
         });
         let [low, high] = self.range;
-        let symmetric = low == -high;
+        let symmetric = low == -high && prepared.section.is_none();
         let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
         // The offsets ≥ 0, and the offsets ≤ 0, which are mirrored.
         let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
         let (mut pieces, mut whole) = ([None; PIECES], [None; 2]);
         let ranges = sides.into_iter().enumerate().filter(|(_, [low, high])| high > low);
         for (piece, (side, range)) in pieces.iter_mut().zip(ranges) {
-            let nodes = Nodes::new(range[0], range[1], edge);
+            let nodes = Nodes::new(range[0], range[1], edges[side]);
             whole[side] = nodes.medulla;
             *piece = Some(Piece { side, range, nodes });
         }
         if prepared.fine {
-            divide(&mut pieces, edge);
+            divide(&mut pieces, edges);
         }
         let width: f32 = pieces.iter().flatten().map(|piece| piece.nodes.width()).sum();
         let times = if symmetric { 2.0 } else { 1.0 };
@@ -90,7 +97,9 @@ impl WindowState {
         let mut late = [0.0; 2];
         for (Piece { side, nodes, .. }, half) in pieces.iter().flatten().zip(&mut self.halves) {
             let half = half.insert(Half::NONE);
-            let (energy, [along, across]) = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
+            let arriving = (polar, toward[*side]);
+            let (energy, [along, across]) =
+                half.prepare(prepared, arriving, through.as_ref(), nodes, signs[*side], scale);
             late = [late[0] + along, late[1] + signs[*side].iter().sum::<f32>() * across];
             (0..Component::COUNT).for_each(|p| self.energy[p] += energy[p]);
         }
@@ -104,7 +113,8 @@ impl WindowState {
             let both = [whole[0], whole[usize::from(!symmetric)]];
             let [first, second] = Component::SCATTERED.map(|component| component as usize);
             let scattered = [self.energy[first], self.energy[second]];
-            [self.energy[first], self.energy[second]] = self.points.prepare(prepared, polar, through, both, scattered);
+            [self.energy[first], self.energy[second]] =
+                self.points.prepare(prepared, (polar, toward), through, both, scattered);
         }
         self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
     }

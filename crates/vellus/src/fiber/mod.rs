@@ -63,6 +63,10 @@ pub struct Fiber {
     pub layers: f32,
     /// The share of water in what surrounds the fibre, in [0, 1]: [`Fiber::in_air`]. Colours are those of dry fur.
     pub wet: f32,
+    /// The shorter axis of the section over the longer one, in [0.4, 1]. 1 is a circle. The longer axis of an ellipse is
+    /// y of the fibre's frame, and absorption is per radius of the circle of the same area. Colours are those of round
+    /// fibres.
+    pub aspect_ratio: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: ScatterExit,
     /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
@@ -119,6 +123,7 @@ impl Fiber {
             g: 0.0,
             layers: 0.5,
             wet: 0.0,
+            aspect_ratio: 1.0,
             exit: ScatterExit::default(),
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,

@@ -45,6 +45,8 @@ pub enum Parameter {
     Layers,
     /// The share of water around the fibre, [`Fiber::wet`].
     Wet,
+    /// The shorter axis of the section over the longer one, [`Fiber::aspect_ratio`].
+    AspectRatio,
     /// Absorption in the medulla over that in the cortex, for colours, [`Fiber::medulla_pigment`].
     MedullaPigment,
     /// The exit of scattered light, [`Fiber::exit`]: a choice. Its number is the place in [`ScatterExit::ALL`].
@@ -169,7 +171,7 @@ const fn choice(
 /// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on all others.
 #[rustfmt::skip]
 #[doc(alias = "Table 1")]
-const TABLE: [Row; 16] = [
+const TABLE: [Row; 17] = [
     row((Parameter::Kappa, "kappa", "κ", "Medulla radius"), (ParameterUnit::One, [0.0, 0.99]), NUMBER,
         "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
     row((Parameter::Eta, "eta", "η", "Refractive index"), (ParameterUnit::One, [1.0, 3.0]), NUMBER,
@@ -193,6 +195,8 @@ const TABLE: [Row; 16] = [
         "layers of the cuticle; 0.5 is nearly one dielectric interface"),
     row((Parameter::Wet, "wet", "wet", "Wetness"), (ParameterUnit::One, [0.0, 1.0]), NUMBER,
         "share of water around the fibre; colours are those of dry fur"),
+    row((Parameter::AspectRatio, "aspect_ratio", "b/a", "Aspect ratio"), (ParameterUnit::One, [0.4, 1.0]), NUMBER,
+        "shorter axis of the section over the longer one; 1 is a circle"),
     row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment", "Medulla pigment"),
         (ParameterUnit::One, [0.0, 10.0]), NUMBER,
         "sigma_ma over sigma_ca for a colour given as reflectance or melanin"),
@@ -261,9 +265,10 @@ impl Parameter {
         self.row().choices
     }
 
-    /// Whether the parameter may vary between and along strands, and in a texture: every number, but no choice.
+    /// Whether the parameter may vary between and along strands, and in a texture: every number, but no choice, and not
+    /// the aspect ratio, which is a part of the strands' shape.
     pub fn varies(self) -> bool {
-        self.choices().is_empty()
+        self.choices().is_empty() && self != Parameter::AspectRatio
     }
 
     /// The word for a value of a choice. `None` for a number, and for a value that is no choice.
@@ -356,6 +361,7 @@ impl Parameter {
             Parameter::G => [fiber.g; 3],
             Parameter::Layers => [fiber.layers; 3],
             Parameter::Wet => [fiber.wet; 3],
+            Parameter::AspectRatio => [fiber.aspect_ratio; 3],
             Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
             Parameter::Exit => [f32::from(fiber.exit as u8); 3],
             Parameter::Reflectance => return fiber.reflectance,
@@ -369,7 +375,9 @@ impl Parameter {
         match self {
             Parameter::SigmaCa | Parameter::SigmaMa => fiber.reflectance.is_none(),
             // They are written only if they were given.
-            Parameter::Wet | Parameter::MedullaPigment => self.get(fiber) != self.default_value(),
+            Parameter::Wet | Parameter::AspectRatio | Parameter::MedullaPigment => {
+                self.get(fiber) != self.default_value()
+            }
             _ => self.get(fiber).is_some(),
         }
     }
@@ -408,6 +416,7 @@ impl Parameter {
             Parameter::G => fiber.g = x,
             Parameter::Layers => fiber.layers = x,
             Parameter::Wet => fiber.wet = x,
+            Parameter::AspectRatio => fiber.aspect_ratio = x,
             Parameter::MedullaPigment => fiber.medulla_pigment = x,
             Parameter::Exit => fiber.exit = ScatterExit::ALL[(x.round() as usize).min(ScatterExit::ALL.len() - 1)],
             Parameter::Reflectance => *fiber = color(fiber, Color::Reflectance(value)),
@@ -528,6 +537,6 @@ mod tests {
         assert_eq!([-1.0, 0.5, 2.0, f32::NAN].map(|x| Parameter::Exit.word(x)), [None; 4]);
         let error = Parameter::Exit.value_of("closed").unwrap_err().to_string();
         assert_eq!(error, "unknown exit 'closed': known are open, reflecting");
-        assert!(Parameter::Kappa.varies() && !Parameter::Exit.varies());
+        assert!(Parameter::Kappa.varies() && !Parameter::Exit.varies() && !Parameter::AspectRatio.varies());
     }
 }

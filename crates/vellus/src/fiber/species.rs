@@ -118,6 +118,7 @@ impl Species {
             g,
             layers,
             wet: 0.0,
+            aspect_ratio: 1.0,
             exit: ScatterExit::Open,
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,

@@ -4,6 +4,9 @@
 //! the position of each part, and [`fiber()`] the rows of one fibre. [`far()`] returns the far field of one fibre as a
 //! table. The order of the numbers is not stable.
 
+use crate::error::{Error, shortest};
+use crate::fiber::Fiber;
+
 mod far;
 mod fiber;
 mod tables;
@@ -11,3 +14,15 @@ mod tables;
 pub use far::{FarTable, far};
 pub use fiber::{FIBER_LAYOUT, FIBER_ROWS, fiber};
 pub use tables::{PackedTables, tables};
+
+/// Checks that shaders have the scattering of a fibre.
+///
+/// # Errors
+/// [`Error::OutOfRange`] if its section is not a circle.
+pub fn supports(fiber: &Fiber) -> Result<(), Error> {
+    if fiber.aspect_ratio == 1.0 {
+        return Ok(());
+    }
+    let range = "it must be 1, because shaders have round fibres only".to_owned();
+    Err(Error::OutOfRange { name: "aspect_ratio".to_owned(), value: shortest(fiber.aspect_ratio), range })
+}

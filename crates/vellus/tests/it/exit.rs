@@ -33,6 +33,7 @@ fn extreme_fiber(random: &mut Uniform) -> Fiber {
         exit: ScatterExit::Reflecting,
         medulla_pigment: 0.3,
         wet: 0.0,
+        aspect_ratio: 1.0,
         ..full_fiber()
     }
 }

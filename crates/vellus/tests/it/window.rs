@@ -353,6 +353,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         exit: vellus::ScatterExit::Open,
         medulla_pigment: 0.3,
         wet: 0.0,
+        aspect_ratio: 1.0,
         reflectance: None,
     };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -437,6 +438,7 @@ fn density_is_at_least_each_channel() {
         exit: ScatterExit::Reflecting,
         medulla_pigment: 0.3,
         wet: 0.0,
+        aspect_ratio: 1.0,
         reflectance: None,
     };
     let mut random = Uniform(8);

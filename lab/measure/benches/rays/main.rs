@@ -52,6 +52,7 @@ fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
         starts,
         points: all,
         moved: None,
+        normals: None,
         root_uv: None,
         look: 0,
         varying: vec![],
