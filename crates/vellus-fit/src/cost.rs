@@ -6,11 +6,21 @@ use crate::forward::{Forward, Recent};
 use crate::parameters::Setup;
 use crate::profile::{Point, Profile};
 use crate::space::Space;
+use crate::specimen::Specimen;
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use vellus_models::Directions;
 
 /// The least value of a model. It keeps logarithms finite.
 const FLOOR: f64 = 1e-30;
+
+/// How many averages of a part are kept for each thread: more than the variables of a medulla, which change all parts
+/// and come between those of the absorption.
+const KEPT: usize = 16;
+
+/// Averages of the model that were computed last, with the specimen and θ_o that they belong to.
+type Recently = Mutex<VecDeque<((Specimen, f64), Arc<[f64]>)>>;
 
 /// Profiles or parts of them, prepared for comparisons with a model.
 pub struct Cost<'a> {
@@ -18,6 +28,9 @@ pub struct Cost<'a> {
     forward: Forward,
     recent: Recent,
     parts: Vec<Part>,
+    /// For each part of several. A variable of one part does not change the others: most variables of many channels
+    /// are absorptions of one.
+    known: Vec<Recently>,
     channels: usize,
     /// How many values of the model were computed.
     pub evaluations: AtomicU64,
@@ -78,9 +91,38 @@ impl<'a> Cost<'a> {
         forward: Forward,
         distance: [f64; 2],
     ) -> Self {
-        let parts = profiles.iter().zip(chosen).map(|(profile, chosen)| Part::new(profile, chosen, distance)).collect();
+        let part = |(profile, chosen): (&Profile, &Vec<usize>)| Part::new(profile, chosen, distance);
+        let parts: Vec<Part> = profiles.iter().zip(chosen).map(part).collect();
         let channels = profiles.first().map_or(1, |profile| profile.channels);
-        Cost { space, forward, recent: Recent::default(), parts, channels, evaluations: AtomicU64::new(0) }
+        let known = parts.iter().map(|_| Recently::default()).collect();
+        Cost { space, forward, recent: Recent::default(), parts, known, channels, evaluations: AtomicU64::new(0) }
+    }
+
+    /// The averages of the model over the cells of one part. An error if the model refuses the fibre.
+    fn averages(&self, k: usize, specimen: &Specimen, theta_o: f64) -> Result<Arc<[f64]>, Error> {
+        let (part, key) = (&self.parts[k], (*specimen, theta_o));
+        // The list is complete even if a thread panicked.
+        let lock = || self.known[k].lock().unwrap_or_else(PoisonError::into_inner);
+        if self.parts.len() > 1 {
+            let mut known = lock();
+            if let Some(i) = known.iter().position(|(other, _)| *other == key)
+                && let Some(found) = known.remove(i)
+            {
+                let averages = found.1.clone();
+                known.push_front(found);
+                return Ok(averages);
+            }
+        }
+        self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
+        let mut out = vec![[0.0; 3]; part.directions.len()];
+        self.forward.values_with(&self.recent, specimen, theta_o, &part.directions, &mut out)?;
+        let averages: Arc<[f64]> = part.averages(self.channels, &out).into();
+        if self.parts.len() > 1 {
+            let mut known = lock();
+            known.truncate(KEPT * rayon::current_num_threads() - 1);
+            known.push_front((key, averages.clone()));
+        }
+        Ok(averages)
     }
 
     /// ln(fitted/measured) of each value times its weight: profile by profile, point by point and channel by channel,
@@ -89,14 +131,11 @@ impl<'a> Cost<'a> {
         let values = self.space.values(u);
         let mut residuals = Vec::new();
         for (k, part) in self.parts.iter().enumerate() {
-            self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
             let Setup { specimen, theta_o, scale, background } = self.space.setup(k, &values);
-            let mut out = vec![[0.0; 3]; part.directions.len()];
-            if self.forward.values_with(&self.recent, &specimen, theta_o, &part.directions, &mut out).is_err() {
+            let Ok(averages) = self.averages(k, &specimen, theta_o) else {
                 residuals.extend(part.logs.iter().map(|_| f64::INFINITY));
                 continue;
-            }
-            let averages = part.averages(self.channels, &out);
+            };
             let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
             residuals.extend(fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)));
         }
@@ -129,7 +168,7 @@ impl<'a> Cost<'a> {
             let corrections = exact.iter().zip(&fast).map(|(e, f)| e.max(FLOOR) / f.max(FLOOR)).collect();
             parts.push(Part { corrections, ..part.clone() });
         }
-        let evaluations = AtomicU64::new(0);
-        Ok(Cost { recent: Recent::default(), parts, evaluations, ..*self })
+        let known = parts.iter().map(|_| Recently::default()).collect();
+        Ok(Cost { recent: Recent::default(), parts, known, evaluations: AtomicU64::new(0), ..*self })
     }
 }
