@@ -43,10 +43,12 @@ impl Absorption {
             let line = record.position().map_or(0, csv::Position::line);
             let wrong = |what: String| Error::line(path, line, what);
             let sigma = |i: usize, parameter: Parameter| {
-                let x =
-                    record[i].parse().map_err(|_| wrong(format!("{} = '{}' is not a number", &head[i], &record[i])))?;
-                parameter.check([x; 3]).map_err(|e| wrong(e.to_string()))?;
-                Ok::<f32, Error>(x)
+                let (name, cell) = (&head[i], &record[i]);
+                let x: f32 = cell.parse().map_err(|_| wrong(format!("{name} = '{cell}' is not a number")))?;
+                let range = parameter.range();
+                let outside =
+                    || wrong(format!("{name} = {cell} is out of range: it must be in {range} per fibre radius"));
+                if range.contains(x) { Ok(x) } else { Err(outside()) }
             };
             let (sigma_ca, sigma_ma) = (sigma(ca, Parameter::SigmaCa)?, sigma(ma, Parameter::SigmaMa)?);
             let channel = record[channel].to_owned();

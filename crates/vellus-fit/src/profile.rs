@@ -1,5 +1,6 @@
 //! The measurement of one fibre by a goniometer.
 
+use crate::absorption::check_name;
 use crate::error::Error;
 use crate::least_squares::LEAST_NOISE;
 use std::borrow::Borrow;
@@ -113,6 +114,12 @@ impl Profile {
             return wrong(format!("theta_o = {} is out of range: it must be in (-90, 90) degrees", self.theta_o));
         }
         check_blur(self.blur)?;
+        if !self.channel.is_empty() {
+            check_name(&self.channel, std::iter::empty()).map_err(Error::Profile)?;
+            if self.channels > 1 {
+                return wrong(format!("only grey values have a channel, such as '{}', not RGB", self.channel));
+            }
+        }
         for p in &self.points {
             check_angles(p.theta, p.phi).map_err(Error::Profile)?;
             if let Some(x) = p.value[..self.channels].iter().find(|x| !(x.is_finite() && **x > 0.0)) {

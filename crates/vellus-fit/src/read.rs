@@ -278,8 +278,8 @@ struct Columns {
 }
 
 fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Vec<Table>, Error> {
-    const KNOWN: &str = "theta, phi, value or r, g, b or value_NAME for each channel, and sigma or sigma_r, sigma_g, \
-                         sigma_b or sigma_NAME for each channel";
+    const KNOWN: &str = "theta, phi, value or r, g, b, and sigma or sigma_r, sigma_g, sigma_b; or of each channel \
+                         value_NAME, and sigma_NAME";
     let (known, simulated) = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());

@@ -231,9 +231,10 @@ impl Job<'_> {
             paths.resize(paths.len() + channels.len(), *path);
             profiles.extend(channels);
         }
+        let is_alone = profiles.len() == 1 && !args.joint;
         let of_several = [("--separate", &options.requests.separate), ("--share", &options.requests.share)];
-        if let Some((option, _)) = of_several.iter().find(|(_, names)| profiles.len() == 1 && !names.is_empty()) {
-            bail!("{option} needs --joint with several profiles, or a profile with channels (columns value_NAME)");
+        if let Some((option, _)) = of_several.iter().find(|(_, names)| is_alone && !names.is_empty()) {
+            bail!("{option} needs --joint, or a profile with several channels (columns value_NAME)");
         }
         let terminal = Terminal::with_interrupt(interrupt);
         // From here on, a signal leaves the best fit so far.

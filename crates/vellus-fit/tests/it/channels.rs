@@ -82,7 +82,8 @@ fn channels_are_written_and_read() {
     let (_folder, path) = file("a.csv", &channels_csv(&profiles, &["a note".to_owned()]));
     let again = read_channels(&path, &Reading::default()).unwrap();
     for (a, b) in again.iter().zip(&profiles) {
-        assert_eq!((&a.channel, a.channels, &a.simulated), (&b.channel, 1, &b.simulated));
+        assert_eq!((&a.channel, a.channels, a.simulated.len()), (&b.channel, 1, b.simulated.len()));
+        assert!(a.simulated.iter().all(|known| b.simulated.contains(known)), "{a:?} {b:?}");
         let sizes = |p: &Profile| (p.points.len(), p.missing.len());
         assert_eq!(sizes(a), sizes(b));
         for p in &a.points {
