@@ -78,12 +78,10 @@ impl Absorption {
         all.map(of).take(channels_of(profiles)).collect()
     }
 
-    /// A fibre with up to three absorptions as its red, green and blue. The last one also stands for those that lack.
-    /// Without any, the fibre keeps its own.
-    pub fn of_three(three: &[Self], fiber: &Fiber) -> Fiber {
-        let Some(last) = three.last() else { return *fiber };
-        let of = |value: fn(&Self) -> f32| std::array::from_fn(|c| value(three.get(c).unwrap_or(last)));
-        Fiber { sigma_ma: of(|a| a.sigma_ma), ..fiber.with_absorption(of(|a| a.sigma_ca)) }
+    /// The fibre with this absorption in all of its channels. Each channel is a fibre of its own, because the shape of
+    /// scattered light follows the mean absorption of the three channels of a fibre.
+    pub fn apply(&self, fiber: &Fiber) -> Fiber {
+        Fiber { sigma_ma: [self.sigma_ma; 3], ..fiber.with_absorption([self.sigma_ca; 3]) }
     }
 }
 

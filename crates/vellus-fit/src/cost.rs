@@ -6,7 +6,6 @@ use crate::forward::{Forward, Recent};
 use crate::parameters::Setup;
 use crate::profile::{Point, Profile};
 use crate::space::Space;
-use crate::specimen::Specimen;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,12 +14,12 @@ use vellus_models::Directions;
 /// The least value of a model. It keeps logarithms finite.
 const FLOOR: f64 = 1e-30;
 
-/// How many averages of a part are kept for each thread: more than the variables of a medulla, which change all parts
+/// How many residuals of a part are kept for each thread: more than the variables of a medulla, which change all parts
 /// and come between those of the absorption.
 const KEPT: usize = 16;
 
-/// Averages of the model that were computed last, with the specimen and θ_o that they belong to.
-type Recently = Mutex<VecDeque<((Specimen, f64), Arc<[f64]>)>>;
+/// Residuals of a part that were computed last, with what they belong to.
+type Recently = Mutex<VecDeque<(Setup, Arc<[f64]>)>>;
 
 /// Profiles or parts of them, prepared for comparisons with a model.
 pub struct Cost<'a> {
@@ -98,48 +97,47 @@ impl<'a> Cost<'a> {
         Cost { space, forward, recent: Recent::default(), parts, known, channels, evaluations: AtomicU64::new(0) }
     }
 
-    /// The averages of the model over the cells of one part. An error if the model refuses the fibre.
-    fn averages(&self, k: usize, specimen: &Specimen, theta_o: f64) -> Result<Arc<[f64]>, Error> {
-        let (part, key) = (&self.parts[k], (*specimen, theta_o));
-        // The list is complete even if a thread panicked.
-        let lock = || self.known[k].lock().unwrap_or_else(PoisonError::into_inner);
-        if self.parts.len() > 1 {
-            let mut known = lock();
-            if let Some(i) = known.iter().position(|(other, _)| *other == key)
-                && let Some(found) = known.remove(i)
-            {
-                let averages = found.1.clone();
-                known.push_front(found);
-                return Ok(averages);
-            }
-        }
-        self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
-        let mut out = vec![[0.0; 3]; part.directions.len()];
-        self.forward.values_with(&self.recent, specimen, theta_o, &part.directions, &mut out)?;
-        let averages: Arc<[f64]> = part.averages(self.channels, &out).into();
-        if self.parts.len() > 1 {
-            let mut known = lock();
-            known.truncate(KEPT * rayon::current_num_threads() - 1);
-            known.push_front((key, averages.clone()));
-        }
-        Ok(averages)
-    }
-
     /// ln(fitted/measured) of each value times its weight: profile by profile, point by point and channel by channel,
     /// for the variables `u`. All are infinite if the model refuses the fibre, which does not happen within the bounds.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         let values = self.space.values(u);
         let mut residuals = Vec::new();
-        for (k, part) in self.parts.iter().enumerate() {
-            let Setup { specimen, theta_o, scale, background } = self.space.setup(k, &values);
-            let Ok(averages) = self.averages(k, &specimen, theta_o) else {
-                residuals.extend(part.logs.iter().map(|_| f64::INFINITY));
-                continue;
+        for k in 0..self.parts.len() {
+            let setup = self.space.setup(k, &values);
+            if self.parts.len() == 1 {
+                return self.compared(k, &setup);
+            }
+            // The list is complete even if a thread panicked.
+            let lock = || self.known[k].lock().unwrap_or_else(PoisonError::into_inner);
+            let find = |known: &mut VecDeque<(Setup, Arc<[f64]>)>| {
+                let place = known.iter().position(|(other, _)| *other == setup)?;
+                let found = known.remove(place)?;
+                known.push_front(found.clone());
+                Some(found.1)
             };
-            let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
-            residuals.extend(fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)));
+            let found = find(&mut lock());
+            residuals.extend_from_slice(&found.unwrap_or_else(|| {
+                let computed: Arc<[f64]> = self.compared(k, &setup).into();
+                let mut known = lock();
+                known.truncate(KEPT * rayon::current_num_threads() - 1);
+                known.push_front((setup, computed.clone()));
+                computed
+            }));
         }
         residuals
+    }
+
+    /// The residuals of one part.
+    fn compared(&self, k: usize, setup: &Setup) -> Vec<f64> {
+        let (part, Setup { specimen, theta_o, scale, background }) = (&self.parts[k], setup);
+        self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
+        let mut out = vec![[0.0; 3]; part.directions.len()];
+        if self.forward.values_with(&self.recent, specimen, *theta_o, &part.directions, &mut out).is_err() {
+            return vec![f64::INFINITY; part.logs.len()];
+        }
+        let averages = part.averages(self.channels, &out);
+        let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
+        fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)).collect()
     }
 
     /// Splits residuals by profile.

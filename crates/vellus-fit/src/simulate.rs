@@ -211,20 +211,12 @@ pub fn channels(
     absorptions: &[Absorption],
     synthetic: &Synthetic,
 ) -> Result<Vec<Profile>, Error> {
-    let mut profiles = Vec::new();
-    // The model has three channels.
-    for (number, three) in absorptions.chunks(3).enumerate() {
-        let specimen = Specimen { fiber: Absorption::of_three(three, &specimen.fiber), ..*specimen };
-        let rgb = numbered(model, &specimen, &Synthetic { channels: 3, ..*synthetic }, number)?;
-        for (c, absorption) in three.iter().enumerate() {
-            let mut profile = Profile { channels: 1, channel: absorption.channel.clone(), ..rgb.clone() };
-            profile.points.iter_mut().for_each(|p| p.value = [p.value[c]; 3]);
-            let grey = Specimen { fiber: Absorption::of_three(&three[c..=c], &specimen.fiber), ..specimen };
-            profile.simulated = truth(model, &grey, &Synthetic { channels: 1, ..*synthetic });
-            profiles.push(profile);
-        }
-    }
-    Ok(profiles)
+    let measure = |(number, absorption): (usize, &Absorption)| {
+        let specimen = Specimen { fiber: absorption.apply(&specimen.fiber), ..*specimen };
+        let profile = numbered(model, &specimen, &Synthetic { channels: 1, ..*synthetic }, number)?;
+        Ok(Profile { channel: absorption.channel.clone(), ..profile })
+    };
+    absorptions.iter().enumerate().map(measure).collect()
 }
 
 fn numbered(model: Forward, specimen: &Specimen, synthetic: &Synthetic, number: usize) -> Result<Profile, Error> {

@@ -53,19 +53,15 @@ impl ChannelEnergy {
     /// # Errors
     /// [`vellus::Error`] if a parameter is out of range.
     pub fn all(fiber: &Fiber, absorptions: &[Absorption], query: &Query) -> Result<Vec<Self>, vellus::Error> {
-        let mut all = Vec::new();
-        // The model has three channels.
-        for three in absorptions.chunks(3) {
-            let energy = Energy::new(&Absorption::of_three(three, fiber), query)?;
-            for (c, absorption) in three.iter().enumerate() {
-                let with_sum =
-                    |lobes: &[[f64; 3]; 6], sum: f64| std::array::from_fn(|i| lobes.get(i).map_or(sum, |lobe| lobe[c]));
-                let closed_form = with_sum(&energy.closed_form, energy.closed_form_total[c]);
-                let integral = with_sum(&energy.integral, energy.integral.iter().map(|lobe| lobe[c]).sum());
-                all.push(ChannelEnergy { absorption: absorption.clone(), closed_form, integral });
-            }
-        }
-        Ok(all)
+        let of = |absorption: &Absorption| {
+            let energy = Energy::new(&absorption.apply(fiber), query)?;
+            let with_sum =
+                |lobes: &[[f64; 3]; 6], sum: f64| std::array::from_fn(|i| lobes.get(i).map_or(sum, |lobe| lobe[0]));
+            let closed_form = with_sum(&energy.closed_form, energy.closed_form_total[0]);
+            let integral = with_sum(&energy.integral, energy.integral.iter().map(|lobe| lobe[0]).sum());
+            Ok(ChannelEnergy { absorption: absorption.clone(), closed_form, integral })
+        };
+        absorptions.iter().map(of).collect()
     }
 }
 
