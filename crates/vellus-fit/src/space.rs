@@ -120,7 +120,7 @@ impl Space {
         if channels == 0 || profiles.iter().any(|profile| profile.channels != channels) {
             return Err(Error::Profile("all profiles of a fit must have one channel, or all three".to_owned()));
         }
-        // Profiles of one channel each are ordered by measurement, and then by channel. Others are one measurement each.
+        // Channels are ordered by measurement, and then by channel. Other profiles are one measurement each.
         let spectrum = if profiles.iter().all(|p| p.channel.is_empty()) { 1 } else { channels_of(profiles) };
         let measurements = profiles.len() / spectrum;
         if let Some((k, p)) = profiles.iter().enumerate().find(|(k, p)| p.channel != profiles[k % spectrum].channel) {

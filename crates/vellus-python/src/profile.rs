@@ -370,8 +370,7 @@ impl Profile {
         let (missing, simulated) = (p.missing.clone(), p.simulated.clone());
         let quantity = p.quantity.name().to_owned();
         let (sigmas, channel) = (sigmas(p), p.channel.clone());
-        let state =
-            (points, sigmas, missing, p.negative, simulated, p.theta_o, quantity, p.channels, channel, p.blur);
+        let state = (points, sigmas, missing, p.negative, simulated, p.theta_o, quantity, p.channels, channel, p.blur);
         Ok((slf.get_type().getattr("_from_state")?, (state,)))
     }
 

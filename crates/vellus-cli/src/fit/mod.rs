@@ -20,10 +20,10 @@ use vellus_plot::fit::{Measured, Summary, write_report};
 ///
 /// PROFILE contains the light that one fibre scatters, averaged over its width. One of camera and light is fixed, the
 /// other moves. A .txt file has lines `phi theta value` or `phi theta r g b`, in the coordinates of the gantry of Yan
-/// et al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b, or value_NAME for
-/// each of up to 64 channels, such as value_550. An image (.npy, .exr) has rows over theta and columns over phi. The
-/// unit of the values is arbitrary. Several profiles are fitted one after the other, or with --joint all together, as
-/// measurements of the same fibre. Channels share all but the absorption of cortex and medulla.
+/// et al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b, or value_NAME
+/// for each of up to 64 channels, such as value_550. An image (.npy, .exr) has rows over theta and columns over phi.
+/// The unit of the values is arbitrary. Several profiles are fitted one after the other, or with --joint all together,
+/// as measurements of the same fibre. Channels share all but the absorption of cortex and medulla.
 ///
 /// vellus writes no fibre, and the exit code is 2, in three cases: the model is no better than a constant (F-test at
 /// 0.1 %); the model explains less than a quarter of the constant's loss, and the residuals are not noise; or the
@@ -91,8 +91,8 @@ pub struct Args {
     /// 0). May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
-    /// With --joint or channels, give each profile or channel its own value of a parameter, such as sigma_ca for profiles
-    /// of different wavelengths. May be repeated.
+    /// With --joint or channels, give each profile or channel its own value of a parameter, such as sigma_ca for
+    /// profiles of different wavelengths. May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     separate: Vec<String>,
     /// With --joint, give all profiles the same scale, theta_o or background; give all channels the same sigma_ca or

@@ -49,8 +49,8 @@ pub struct Gantry {
     /// Measure red, green and blue. Default: red only.
     #[arg(long, conflicts_with = "profiles")]
     rgb: bool,
-    /// Measure any number of channels, only with --from model and a .csv file: CSV with the columns channel, sigma_ca and
-    /// sigma_ma.
+    /// Measure any number of channels, only with --from model and a .csv file: CSV with the columns channel, sigma_ca
+    /// and sigma_ma.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["profiles", "rgb"])]
     absorption: Option<PathBuf>,
 }

@@ -37,8 +37,7 @@ fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// Seven channels are no multiple of the three of the model. All channels share the fibre and the scale, and each has its
-/// own absorption.
+/// All channels share the fibre and the scale, and each has its own absorption.
 #[test]
 fn seven_absorptions_are_recovered_within_their_errors() {
     let profiles = measured(&gantry());

@@ -49,23 +49,23 @@ fn xyz(light: &Spectrum) -> DVec3 {
     light.iter().enumerate().map(|(i, x)| *x * observer(400.0 + 10.0 * i as f64)).sum()
 }
 
-/// CIE standard illuminant D65 (ISO/CIE 11664-2).
-const D65: Spectrum = [
+/// CIE standard illuminant of daylight, 6504 K (ISO/CIE 11664-2).
+const DAYLIGHT: Spectrum = [
     82.755, 91.486, 93.432, 86.682, 104.865, 117.008, 117.812, 114.861, 115.923, 108.811, 109.354, 107.802, 104.79,
     107.689, 104.405, 104.046, 100.0, 96.334, 95.788, 88.686, 90.006, 89.599, 87.699, 83.289, 83.699, 80.027, 80.215,
     82.278, 78.284, 69.721, 71.609,
 ];
 
 /// The lights: daylight, a light bulb (CIE standard illuminant A), and a lamp of three bands of 20 nm full width at
-/// half maximum, as white as D65.
+/// half maximum, as white as daylight.
 fn lights() -> [(&'static str, Spectrum); 3] {
     let planck = |l: f64| l.powi(-5) / (1.435e7 / (2848.0 * l)).exp_m1();
     let bulb = spectrum(|l| 100.0 * planck(l) / planck(560.0));
     let band = |centre: f64| spectrum(|l| (-(4.0 * 2f64.ln()) * ((l - centre) / 20.0).powi(2)).exp());
     let bands = [450.0, 545.0, 610.0].map(band);
-    let shares = DMat3::from_cols(xyz(&bands[0]), xyz(&bands[1]), xyz(&bands[2])).inverse() * xyz(&D65);
+    let shares = DMat3::from_cols(xyz(&bands[0]), xyz(&bands[1]), xyz(&bands[2])).inverse() * xyz(&DAYLIGHT);
     let lamp = std::array::from_fn(|i| (0..3).map(|k| shares[k] * bands[k][i]).sum());
-    [("D65", D65), ("A", bulb), ("three bands", lamp)]
+    [("daylight", DAYLIGHT), ("A", bulb), ("three bands", lamp)]
 }
 
 /// The tristimulus values of linear sRGB (IEC 61966-2-1), column by column.
@@ -137,7 +137,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 mod tests {
     use super::*;
 
-    /// The published chromaticities of D65 and A. The fit of the observer, the step of 10 nm and the ends at 400 and
+    /// The published chromaticities of both standard illuminants. The fit of the observer, the step of 10 nm and the ends at 400 and
     /// 700 nm move them by less than 0.002.
     #[test]
     fn lights_have_their_published_chromaticities() {
