@@ -137,8 +137,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 mod tests {
     use super::*;
 
-    /// The published chromaticities of both standard illuminants. The fit of the observer, the step of 10 nm and the ends at 400 and
-    /// 700 nm move them by less than 0.002.
+    /// The published chromaticities of both standard illuminants. The fit of the observer, the step of 10 nm and the
+    /// ends at 400 and 700 nm move them by less than 0.002.
     #[test]
     fn lights_have_their_published_chromaticities() {
         for ((name, light), [x, y]) in lights().iter().zip([[0.3127, 0.3290], [0.4476, 0.4074], [0.3127, 0.3290]]) {
