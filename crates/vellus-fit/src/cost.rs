@@ -6,11 +6,20 @@ use crate::forward::{Forward, Recent};
 use crate::parameters::Setup;
 use crate::profile::{Point, Profile};
 use crate::space::Space;
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use vellus_models::Directions;
 
 /// The least value of a model. It keeps logarithms finite.
 const FLOOR: f64 = 1e-30;
+
+/// How many residuals of a part are kept for each thread: more than the variables of a medulla, which change all parts
+/// and come between those of the absorption.
+const KEPT: usize = 16;
+
+/// Residuals of a part that were computed last, with what they belong to.
+type Recently = Mutex<VecDeque<(Setup, Arc<[f64]>)>>;
 
 /// Profiles or parts of them, prepared for comparisons with a model.
 pub struct Cost<'a> {
@@ -18,6 +27,9 @@ pub struct Cost<'a> {
     forward: Forward,
     recent: Recent,
     parts: Vec<Part>,
+    /// For each part of several. A variable of one part does not change the others: most variables of many channels
+    /// are absorptions of one.
+    known: Vec<Recently>,
     channels: usize,
     /// How many values of the model were computed.
     pub evaluations: AtomicU64,
@@ -78,9 +90,11 @@ impl<'a> Cost<'a> {
         forward: Forward,
         distance: [f64; 2],
     ) -> Self {
-        let parts = profiles.iter().zip(chosen).map(|(profile, chosen)| Part::new(profile, chosen, distance)).collect();
+        let part = |(profile, chosen): (&Profile, &Vec<usize>)| Part::new(profile, chosen, distance);
+        let parts: Vec<Part> = profiles.iter().zip(chosen).map(part).collect();
         let channels = profiles.first().map_or(1, |profile| profile.channels);
-        Cost { space, forward, recent: Recent::default(), parts, channels, evaluations: AtomicU64::new(0) }
+        let known = parts.iter().map(|_| Recently::default()).collect();
+        Cost { space, forward, recent: Recent::default(), parts, known, channels, evaluations: AtomicU64::new(0) }
     }
 
     /// ln(fitted/measured) of each value times its weight: profile by profile, point by point and channel by channel,
@@ -88,19 +102,42 @@ impl<'a> Cost<'a> {
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         let values = self.space.values(u);
         let mut residuals = Vec::new();
-        for (k, part) in self.parts.iter().enumerate() {
-            self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
-            let Setup { specimen, theta_o, scale, background } = self.space.setup(k, &values);
-            let mut out = vec![[0.0; 3]; part.directions.len()];
-            if self.forward.values_with(&self.recent, &specimen, theta_o, &part.directions, &mut out).is_err() {
-                residuals.extend(part.logs.iter().map(|_| f64::INFINITY));
-                continue;
+        for k in 0..self.parts.len() {
+            let setup = self.space.setup(k, &values);
+            if self.parts.len() == 1 {
+                return self.compared(k, &setup);
             }
-            let averages = part.averages(self.channels, &out);
-            let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
-            residuals.extend(fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)));
+            // The list is complete even if a thread panicked.
+            let lock = || self.known[k].lock().unwrap_or_else(PoisonError::into_inner);
+            let find = |known: &mut VecDeque<(Setup, Arc<[f64]>)>| {
+                let place = known.iter().position(|(other, _)| *other == setup)?;
+                let found = known.remove(place)?;
+                known.push_front(found.clone());
+                Some(found.1)
+            };
+            let found = find(&mut lock());
+            residuals.extend_from_slice(&found.unwrap_or_else(|| {
+                let computed: Arc<[f64]> = self.compared(k, &setup).into();
+                let mut known = lock();
+                known.truncate(KEPT * rayon::current_num_threads() - 1);
+                known.push_front((setup, computed.clone()));
+                computed
+            }));
         }
         residuals
+    }
+
+    /// The residuals of one part.
+    fn compared(&self, k: usize, setup: &Setup) -> Vec<f64> {
+        let (part, Setup { specimen, theta_o, scale, background }) = (&self.parts[k], setup);
+        self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
+        let mut out = vec![[0.0; 3]; part.directions.len()];
+        if self.forward.values_with(&self.recent, specimen, *theta_o, &part.directions, &mut out).is_err() {
+            return vec![f64::INFINITY; part.logs.len()];
+        }
+        let averages = part.averages(self.channels, &out);
+        let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
+        fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)).collect()
     }
 
     /// Splits residuals by profile.
@@ -129,7 +166,7 @@ impl<'a> Cost<'a> {
             let corrections = exact.iter().zip(&fast).map(|(e, f)| e.max(FLOOR) / f.max(FLOOR)).collect();
             parts.push(Part { corrections, ..part.clone() });
         }
-        let evaluations = AtomicU64::new(0);
-        Ok(Cost { recent: Recent::default(), parts, evaluations, ..*self })
+        let known = parts.iter().map(|_| Recently::default()).collect();
+        Ok(Cost { recent: Recent::default(), parts, known, evaluations: AtomicU64::new(0), ..*self })
     }
 }

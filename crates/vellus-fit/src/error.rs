@@ -47,6 +47,18 @@ impl Error {
         Error::File { path: path.to_owned(), what: what.to_string() }
     }
 
+    /// An error of the CSV reader. The message names the line.
+    pub(crate) fn csv(path: &Path, error: &csv::Error) -> Self {
+        match (error.kind(), error.position()) {
+            (csv::ErrorKind::UnequalLengths { expected_len, len, .. }, Some(position)) => {
+                let what = format!("{len} columns: expected {expected_len}, as in the header");
+                Error::line(path, position.line(), what)
+            }
+            (_, Some(position)) => Error::line(path, position.line(), error),
+            _ => Error::file(path, error),
+        }
+    }
+
     pub(crate) fn line(path: &Path, line: u64, what: impl ToString) -> Self {
         Error::Line { path: path.to_owned(), line, what: what.to_string() }
     }

@@ -55,12 +55,19 @@ const RESTARTS: usize = 2;
 ///
 /// All profiles have the same noise, apart from their [`Point::sigma`](crate::Point::sigma).
 ///
+/// Profiles with a [`Profile::channel`] are measurements in any number of channels: those of the first measurement,
+/// then those of the next one, if any, with the same channels in the same order. Each channel has its own absorption
+/// of cortex and medulla. All else is the same in all channels of a measurement, also the scale.
+///
 /// # Errors
 /// [`Error::Profile`] for a profile that has too few points or does not vary, [`Error::Parameter`] for a bad request.
 pub fn fit(profiles: &[Profile], forward: Forward, options: &Options, progress: &dyn Progress) -> Result<Fit, Error> {
     for profile in profiles {
-        profile.validate()?;
-        profile.check_varies()?;
+        let named = |error: Error| match &profile.channel {
+            name if name.is_empty() => error,
+            name => Error::Profile(format!("channel {name}: {error}")),
+        };
+        profile.validate().and_then(|()| profile.check_varies()).map_err(named)?;
     }
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: it must be at least 1".to_owned()));
@@ -252,7 +259,8 @@ fn describe(
                 (error, interval, state, statistics.determined[column])
             }
         };
-        Estimate { name: p.name.clone(), unit: p.unit, value: values[i], error, interval, state, determined }
+        let profile = space.members.iter().position(|indices| indices.contains(&i)).unwrap_or_default();
+        Estimate { name: p.name.clone(), profile, unit: p.unit, value: values[i], error, interval, state, determined }
     };
     let columns = space.leads.len();
     let c = &statistics.covariance;

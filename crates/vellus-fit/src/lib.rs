@@ -20,6 +20,7 @@
 //! ```
 #![warn(clippy::print_stdout)]
 
+mod absorption;
 mod aperture;
 mod cost;
 mod error;
@@ -43,17 +44,18 @@ mod statistics;
 mod verdict;
 mod write;
 
+pub use absorption::Absorption;
 pub use error::Error;
 pub use fit::{errors, fit};
 pub use forward::Forward;
 pub use options::Options;
 pub use outcome::{Combination, Correlations, Estimate, Fit, Part, Rival, Starts, State};
 pub use parameters::Name;
-pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity, WIDEST};
-pub use read::{Angles, Axis, Reading, parse_blur, read};
+pub use profile::{FEWEST, LARGEST, MOST_CHANNELS, Point, Profile, Quantity, WIDEST};
+pub use read::{Angles, Axis, Reading, parse_blur, read, read_channels};
 pub use refit::{Refit, refit};
 pub use simulate::Synthetic;
 pub use space::Requests;
 pub use specimen::Specimen;
 pub use verdict::{Explained, FALSE_ALARM, NOISE_LIKE, NoFit};
-pub use write::{Writer, csv, gantry_text, writer};
+pub use write::{Writer, channels_csv, csv, gantry_text, writer};

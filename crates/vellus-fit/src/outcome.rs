@@ -20,8 +20,11 @@ pub enum State {
 /// The value of one parameter, with its standard error.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// The name in files.
+    /// The name in files. In brackets, the channel and the number of the measurement to which it belongs, if others
+    /// have values of their own: `sigma_ca[550]`, `scale[2]`.
     pub name: String,
+    /// The index of the first profile to which it belongs.
+    pub profile: usize,
     /// `°` for an angle, or nothing.
     pub unit: &'static str,
     /// The value, angles in degrees.

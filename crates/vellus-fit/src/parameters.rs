@@ -194,7 +194,7 @@ pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)
 }
 
 /// A fibre and its measurement: what [`Cost`](crate::cost::Cost) compares with one profile.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Setup {
     pub specimen: Specimen,
     /// Inclination of ω_o, degrees.

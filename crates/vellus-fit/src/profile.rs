@@ -1,7 +1,9 @@
 //! The measurement of one fibre by a goniometer.
 
+use crate::absorption::check_name;
 use crate::error::Error;
 use crate::least_squares::LEAST_NOISE;
+use std::borrow::Borrow;
 use std::str::FromStr;
 
 /// What the numbers of a profile are proportional to.
@@ -61,6 +63,9 @@ pub struct Profile {
     pub quantity: Quantity,
     /// Number of channels: 1 (grey) or 3 (RGB).
     pub channels: usize,
+    /// The name of the channel, such as a wavelength, if this grey profile is one of a measurement with any number of
+    /// channels. Otherwise empty. [`fit`](crate::fit()) says what the channels of a measurement share.
+    pub channel: String,
     /// Full widths over θ and φ, degrees, of the cell over which each value is an average: the aperture of detector
     /// and light. 0 is a single direction. For a round aperture of diameter d, √3/2 d has the same variance.
     pub blur: [f64; 2],
@@ -89,6 +94,9 @@ pub const WIDEST: f64 = 30.0;
 /// The smallest number of directions for a fit: three for each of a dozen parameters.
 pub const FEWEST: usize = 36;
 
+/// The most channels of a measurement. The time of a fit grows with their square.
+pub const MOST_CHANNELS: usize = 64;
+
 impl Profile {
     /// Checks that the profile has values in range.
     ///
@@ -106,6 +114,12 @@ impl Profile {
             return wrong(format!("theta_o = {} is out of range: it must be in (-90, 90) degrees", self.theta_o));
         }
         check_blur(self.blur)?;
+        if !self.channel.is_empty() {
+            check_name(&self.channel, std::iter::empty()).map_err(Error::Profile)?;
+            if self.channels > 1 {
+                return wrong(format!("only grey values have a channel, such as '{}', not RGB", self.channel));
+            }
+        }
         for p in &self.points {
             check_angles(p.theta, p.phi).map_err(Error::Profile)?;
             if let Some(x) = p.value[..self.channels].iter().find(|x| !(x.is_finite() && **x > 0.0)) {
@@ -190,6 +204,12 @@ impl Profile {
         let values = self.points.iter().flat_map(|p| &p.value[..self.channels]);
         values.fold([f64::INFINITY, 0.0], |[low, high], &x| [low.min(x), high.max(x)])
     }
+}
+
+/// How many of the profiles are channels of one measurement: all before the first channel that comes again.
+pub(crate) fn channels_of<P: Borrow<Profile>>(profiles: &[P]) -> usize {
+    let again = |k: &usize| profiles[..*k].iter().any(|p| p.borrow().channel == profiles[*k].borrow().channel);
+    (1..profiles.len()).find(again).unwrap_or(profiles.len())
 }
 
 /// Checks the widths of the cells.

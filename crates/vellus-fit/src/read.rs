@@ -1,8 +1,9 @@
 //! Reads profiles from the files of gantries and of programs.
 
+use crate::absorption::check_name;
 use crate::error::Error;
 use crate::image;
-use crate::profile::{Point, Profile, Quantity, check_angles, check_blur};
+use crate::profile::{MOST_CHANNELS, Point, Profile, Quantity, check_angles, check_blur};
 use crate::write::SIMULATED;
 use std::path::Path;
 use std::str::FromStr;
@@ -110,6 +111,8 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// Measurements, and what the comments of the file state.
 struct Table {
+    /// The name of the channel, if the file has any number of them.
+    channel: String,
     channels: usize,
     points: Vec<Point>,
     missing: Vec<[f64; 2]>,
@@ -124,8 +127,23 @@ struct Table {
 /// one, which noise leaves where a background was subtracted; [`Profile::negative`] counts these.
 ///
 /// # Errors
-/// [`Error::Read`], [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
+/// [`Error::Read`], [`Error::Line`] or [`Error::File`]. The message states the problem and its place. A file with
+/// several channels is for [`read_channels`].
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
+    let mut profiles = read_channels(path, reading)?;
+    match (profiles.pop(), profiles.len()) {
+        (Some(profile), 0) => Ok(profile),
+        (_, more) => Err(Error::file(path, format!("it has {} channels: expected one profile", more + 1))),
+    }
+}
+
+/// Reads a file of any number of channels: one grey profile for each, with its [`Profile::channel`]. The file is `.csv`
+/// with the columns theta, phi, and value_NAME for each channel, and if known sigma or sigma_NAME for each channel. A
+/// value may be missing in some channels. Other files give one profile, as in [`read()`].
+///
+/// # Errors
+/// As [`read()`].
+pub fn read_channels(path: &Path, reading: &Reading) -> Result<Vec<Profile>, Error> {
     let bytes = vellus_io::read_at_most(path, MOST_BYTES);
     let bytes = bytes.map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
@@ -134,27 +152,35 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
             .map(vellus_io::unmarked)
             .map_err(|e| Error::file(path, format!("byte {}: it is not UTF-8 text", e.valid_up_to())))
     };
-    let table = match extension.as_str() {
-        "txt" => lines(path, text()?, reading)?,
+    let tables = match extension.as_str() {
+        "txt" => vec![lines(path, text()?, reading)?],
         "csv" => columns(path, text()?, reading)?,
-        "npy" => pixels(path, image::npy(&bytes), reading)?,
-        "exr" => pixels(path, image::exr(&bytes), reading)?,
+        "npy" => vec![pixels(path, image::npy(&bytes), reading)?],
+        "exr" => vec![pixels(path, image::exr(&bytes), reading)?],
         _ => return Err(Error::file(path, "unknown format: the name must end in .txt, .csv, .npy or .exr")),
     };
+    tables.into_iter().map(|table| profile(path, table, reading)).collect()
+}
+
+fn profile(path: &Path, table: Table, reading: &Reading) -> Result<Profile, Error> {
     let profile = Profile {
         theta_o: reading.theta_o.or(table.known.theta_o).ok_or_else(|| {
             Error::file(path, "the inclination of the fixed direction is not in it: give --theta-o, in degrees")
         })?,
         quantity: reading.quantity.or(table.known.quantity).unwrap_or_default(),
         channels: table.channels,
+        channel: table.channel,
         blur: reading.blur.or(table.known.blur).unwrap_or_default(),
         points: table.points,
         missing: table.missing,
         negative: table.negative,
         simulated: table.simulated,
     };
-    profile.validate().map_err(|e| Error::file(path, e))?;
-    Ok(profile)
+    match profile.validate() {
+        Ok(()) => Ok(profile),
+        Err(e) if profile.channel.is_empty() => Err(Error::file(path, e)),
+        Err(e) => Err(Error::file(path, format!("channel {}: {e}", profile.channel))),
+    }
 }
 
 /// Parses `# name = value` in a comment: what a reader needs, and the parameters that were simulated.
@@ -193,7 +219,8 @@ fn number(name: &str, cell: &str) -> Result<Option<f64>, String> {
 
 impl Table {
     fn new(channels: usize, known: Reading) -> Self {
-        Table { channels, points: Vec::new(), missing: Vec::new(), negative: 0, known, simulated: Vec::new() }
+        let (points, missing, simulated) = (Vec::new(), Vec::new(), Vec::new());
+        Table { channel: String::new(), channels, points, missing, negative: 0, known, simulated }
     }
 
     /// Adds one measurement.
@@ -242,53 +269,62 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     Ok(Table { simulated, ..table.unwrap_or_else(|| Table::new(1, known)) })
 }
 
-/// Converts an error of the CSV reader; the message names the line.
-fn csv_error(path: &Path, error: &csv::Error) -> Error {
-    match (error.kind(), error.position()) {
-        (csv::ErrorKind::UnequalLengths { expected_len, len, .. }, Some(position)) => {
-            Error::line(path, position.line(), format!("{len} columns: expected {expected_len}, as in the header"))
-        }
-        (_, Some(position)) => Error::line(path, position.line(), error),
-        _ => Error::file(path, error),
-    }
+/// The columns of the values and of the standard deviations of one profile. The latter are none, one for all values or
+/// one for each.
+struct Columns {
+    table: Table,
+    values: Vec<usize>,
+    sigmas: Vec<usize>,
 }
 
-fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
-    const KNOWN: &str = "theta, phi, value or r, g, b, and sigma or sigma_r, sigma_g, sigma_b";
+fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Vec<Table>, Error> {
+    const KNOWN: &str = "theta, phi, value or r, g, b, and sigma or sigma_r, sigma_g, sigma_b; or of each channel \
+                         value_NAME, and sigma_NAME";
     let (known, simulated) = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let head = csv.headers().map_err(|e| csv_error(path, &e))?.clone();
+    let head = csv.headers().map_err(|e| Error::csv(path, &e))?.clone();
     let head_line = csv.position().line().saturating_sub(1).max(1);
     let at = |name: &str| head.iter().position(|h| h == name);
     let theta = at("theta").or_else(|| at("theta_i"));
-    let values: Vec<usize> = match at("value") {
-        Some(value) => vec![value],
-        None => ["r", "g", "b"].into_iter().filter_map(at).collect(),
+    let named = |names: &[&str]| names.iter().filter_map(|name| at(name)).collect::<Vec<usize>>();
+    let names: Vec<&str> = head.iter().filter_map(|h| h.strip_prefix("value_")).collect();
+    let values = at("value").map_or_else(|| named(&["r", "g", "b"]), |value| vec![value]);
+    let wrong = |what: String| Error::line(path, head_line, what);
+    let (Some(theta), Some(phi), (1 | 3, 0) | (0, 1..=MOST_CHANNELS)) = (theta, at("phi"), (values.len(), names.len()))
+    else {
+        let (found, most): (Vec<&str>, _) = (head.iter().collect(), format!("at most {MOST_CHANNELS} channels"));
+        return Err(wrong(format!("the columns are {}: expected {KNOWN}; {most}", found.join(", "))));
     };
-    let (Some(theta), Some(phi), 1 | 3) = (theta, at("phi"), values.len()) else {
-        let found: Vec<&str> = head.iter().collect();
-        return Err(Error::line(path, head_line, format!("the columns are {}: expected {KNOWN}", found.join(", "))));
-    };
-    let sigmas: Vec<usize> = match at("sigma") {
-        Some(sigma) => vec![sigma],
-        None => ["sigma_r", "sigma_g", "sigma_b"].into_iter().filter_map(at).collect(),
-    };
-    if sigmas.len() > 1 && sigmas.len() != values.len() {
-        return Err(Error::line(
-            path,
-            head_line,
-            format!("there are {} columns of sigma for {} of values", sigmas.len(), values.len()),
-        ));
+    let sigmas = |names: &[&str]| at("sigma").map_or_else(|| named(names), |sigma| vec![sigma]);
+    let mut all = Vec::new();
+    if names.is_empty() {
+        let table = Table { simulated: simulated.clone(), ..Table::new(values.len(), known) };
+        all.push(Columns { table, values, sigmas: sigmas(&["sigma_r", "sigma_g", "sigma_b"]) });
+    }
+    for (i, &name) in names.iter().enumerate() {
+        check_name(name, names[..i].iter().copied()).map_err(wrong)?;
+        // What was simulated in all channels, or in this one.
+        let own = |(parameter, x): &(String, f64)| match parameter.split_once('[') {
+            Some((parameter, of)) => (of.strip_suffix(']') == Some(name)).then(|| (parameter.to_owned(), *x)),
+            None => Some((parameter.clone(), *x)),
+        };
+        let simulated = simulated.iter().filter_map(own).collect();
+        let table = Table { channel: name.to_owned(), simulated, ..Table::new(1, known) };
+        let [value, sigma] = ["value", "sigma"].map(|what| format!("{what}_{name}"));
+        all.push(Columns { table, values: named(&[&value]), sigmas: sigmas(&[&sigma]) });
+    }
+    let (found, expected) = all.iter().fold((0, 0), |(s, v), c| (s + c.sigmas.len(), v + c.values.len()));
+    if at("sigma").is_none() && found != 0 && found != expected {
+        return Err(wrong(format!("there are {found} columns of sigma for {expected} of values")));
     }
     // Another column might change the fit if it were used, so it is not left out without a word.
-    let is_used = |i: usize| i == theta || i == phi || values.contains(&i) || sigmas.contains(&i);
-    if let Some((_, name)) = head.iter().enumerate().find(|(i, _)| !is_used(*i)) {
-        return Err(Error::line(path, head_line, format!("cannot use the column '{name}': expected {KNOWN}")));
+    let of_profile = |i: usize| all.iter().any(|c| c.values.contains(&i) || c.sigmas.contains(&i));
+    if let Some((_, name)) = head.iter().enumerate().find(|(i, _)| *i != theta && *i != phi && !of_profile(*i)) {
+        return Err(wrong(format!("cannot use the column '{name}': expected {KNOWN}")));
     }
-    let mut table = Table { simulated, ..Table::new(values.len(), known) };
     for record in csv.records() {
-        let record = record.map_err(|e| csv_error(path, &e))?;
+        let record = record.map_err(|e| Error::csv(path, &e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let wrong = |what: String| Error::line(path, line, what);
         let cell = |i: usize| record.get(i).unwrap_or("");
@@ -296,24 +332,27 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
             number(name, cell(i)).and_then(|x| x.ok_or_else(|| format!("{name} is missing"))).map_err(wrong)
         };
         let direction = angles.check(angle("theta", theta)?, angle("phi", phi)?).map_err(wrong)?;
-        let given = values.iter().map(|&i| number(&head[i], cell(i))).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-        // A missing value needs no sigma.
-        let sigma = match sigmas[..] {
-            _ if given.contains(&None) => None,
-            [] => None,
-            _ => {
-                let cells = (0..3).map(|c| sigmas[c.min(sigmas.len() - 1)]);
-                let numbers = cells.map(|i| number(&head[i], cell(i)).map(|x| x.unwrap_or(f64::NAN)));
-                let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-                if let Some(x) = numbers.iter().find(|x| x.is_nan() || **x <= 0.0) {
-                    return Err(wrong(format!("sigma = {x} is out of range: it must be above 0")));
+        for Columns { table, values, sigmas } in &mut all {
+            let given = values.iter().map(|&i| number(&head[i], cell(i)));
+            let given = given.collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+            // A missing value needs no sigma.
+            let sigma = match sigmas[..] {
+                _ if given.contains(&None) => None,
+                [] => None,
+                _ => {
+                    let cells = (0..3).map(|c| sigmas[c.min(sigmas.len() - 1)]);
+                    let numbers = cells.map(|i| number(&head[i], cell(i)).map(|x| x.unwrap_or(f64::NAN)));
+                    let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+                    if let Some(x) = numbers.iter().find(|x| x.is_nan() || **x <= 0.0) {
+                        return Err(wrong(format!("sigma = {x} is out of range: it must be above 0")));
+                    }
+                    Some(std::array::from_fn(|c| numbers[c]))
                 }
-                Some(std::array::from_fn(|c| numbers[c]))
-            }
-        };
-        table.add(direction, &given, sigma);
+            };
+            table.add(direction, &given, sigma);
+        }
     }
-    Ok(table)
+    Ok(all.into_iter().map(|columns| columns.table).collect())
 }
 
 fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) -> Result<Table, Error> {

@@ -1,5 +1,6 @@
 //! Synthetic measurements of a model, or of a whole fibre that is traced photon by photon, without a model.
 
+use crate::absorption::Absorption;
 use crate::aperture::{Aperture, distance};
 use crate::error::Error;
 use crate::forward::Forward;
@@ -106,7 +107,8 @@ impl Synthetic {
     }
 
     /// Adds background, noise and gaps. `values` are row by row, with θ constant along a row.
-    fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]]) -> Profile {
+    /// Profiles with different `number`s have the same gaps and different noise.
+    fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]], number: usize) -> Profile {
         let mut rng = SimRng::seed_from_u64(self.seed);
         let mut unit = move || (rng.next_u64() >> 11) as f64 * (0.5f64).powi(53);
         let (rows, columns) = (thetas.len(), phis.len());
@@ -129,6 +131,9 @@ impl Synthetic {
             }
         }
         let mut normal = || (-2.0 * (1.0 - unit()).ln()).sqrt() * (TAU * unit()).cos();
+        for _ in 0..3 * values.len() * number {
+            normal();
+        }
         let (mut points, mut missing) = (Vec::new(), Vec::new());
         for (i, value) in values.iter().enumerate() {
             let (theta, phi) = (thetas[i / columns], phis[i % columns]);
@@ -143,6 +148,7 @@ impl Synthetic {
             theta_o: self.theta_o,
             quantity: Quantity::FCos,
             channels: self.channels,
+            channel: String::new(),
             blur: self.blur,
             points,
             missing,
@@ -191,13 +197,36 @@ impl fmt::Display for Source {
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry out of range.
 pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Result<Profile, Error> {
+    numbered(model, specimen, synthetic, 0)
+}
+
+/// The same in any number of channels: one grey profile for each absorption, with the same gaps.
+/// [`Synthetic::channels`] does not count.
+///
+/// # Errors
+/// As [`from_model`].
+pub fn channels(
+    model: Forward,
+    specimen: &Specimen,
+    absorptions: &[Absorption],
+    synthetic: &Synthetic,
+) -> Result<Vec<Profile>, Error> {
+    let measure = |(number, absorption): (usize, &Absorption)| {
+        let specimen = Specimen { fiber: absorption.apply(&specimen.fiber), ..*specimen };
+        let profile = numbered(model, &specimen, &Synthetic { channels: 1, ..*synthetic }, number)?;
+        Ok(Profile { channel: absorption.channel.clone(), ..profile })
+    };
+    absorptions.iter().enumerate().map(measure).collect()
+}
+
+fn numbered(model: Forward, specimen: &Specimen, synthetic: &Synthetic, number: usize) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
     let angles = axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| [theta, phi]));
     let cells = Aperture::new(synthetic.blur, Quantity::FCos, angles, distance(&specimen.fiber));
     let mut values = vec![[0.0f32; 3]; cells.angles().len()];
     model.exact_values(specimen, synthetic.theta_o, &Directions::new(cells.angles()), &mut values)?;
     let simulated = truth(model, specimen, synthetic);
-    Ok(Profile { simulated, ..synthetic.measure(&axes, &cells.averages(&values)) })
+    Ok(Profile { simulated, ..synthetic.measure(&axes, &cells.averages(&values), number) })
 }
 
 /// The names and values of a model's parameters.
@@ -236,5 +265,5 @@ pub fn from_reference(
     let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
     let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, progress)?;
     let simulated = truth(Forward::default(), &(*fiber).into(), synthetic);
-    Ok(Profile { simulated, blur: synthetic.step, ..synthetic.measure(&axes, &values) })
+    Ok(Profile { simulated, blur: synthetic.step, ..synthetic.measure(&axes, &values, 0) })
 }

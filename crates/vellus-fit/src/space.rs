@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::parameters::{Curve, Kind, Name, Parameter, Setup, assemble, values_of};
-use crate::profile::Profile;
-use vellus::{Fiber, ScatterExit};
+use crate::profile::{MOST_CHANNELS, Profile, channels_of};
+use vellus::{Fiber, Parameter as FiberParameter, ScatterExit};
 use vellus_models::ModelKind;
 
 /// Where the value of a parameter comes from.
@@ -28,7 +28,8 @@ pub struct Requests {
     /// Parameters of the fibre that differ from profile to profile in a joint fit, such as the absorption if each
     /// profile has a wavelength of its own.
     pub separate: Vec<Name>,
-    /// Parameters of the measurement that all profiles of a joint fit share, such as the scale.
+    /// Parameters that all profiles of a joint fit share: those of the measurement, such as the scale, and the
+    /// absorption of channels.
     pub share: Vec<Name>,
 }
 
@@ -70,11 +71,11 @@ fn pair<'a>(text: &'a str, expected: &str) -> Result<(Name, &'a str), Error> {
     Ok((name.trim().parse()?, value.trim()))
 }
 
-/// A parameter of one profile. `number` is part of the name if profiles have different values.
-fn of_profile(p: &Parameter, profile: &Profile, number: Option<usize>) -> Parameter {
+/// A parameter of one profile. `place` is part of the name if profiles have different values.
+fn of_profile(p: &Parameter, profile: &Profile, place: &[String]) -> Parameter {
     let mut p = p.clone();
-    if let Some(number) = number {
-        p.name = format!("{}[{number}]", p.name);
+    if !place.is_empty() {
+        p.name = format!("{}[{}]", p.name, place.join(","));
     }
     if p.kind == Kind::Background {
         // In the unit of the profile.
@@ -119,15 +120,44 @@ impl Space {
         if channels == 0 || profiles.iter().any(|profile| profile.channels != channels) {
             return Err(Error::Profile("all profiles of a fit must have one channel, or all three".to_owned()));
         }
+        // Channels are ordered by measurement, and then by channel. Other profiles are one measurement each.
+        let spectrum = if profiles.iter().all(|p| p.channel.is_empty()) { 1 } else { channels_of(profiles) };
+        let measurements = profiles.len() / spectrum;
+        if let Some((k, p)) = profiles.iter().enumerate().find(|(k, p)| p.channel != profiles[k % spectrum].channel) {
+            let expected = &profiles[k % spectrum].channel;
+            return Err(Error::Profile(format!(
+                "channel '{}' in place of '{expected}': all measurements of a fit must have the same channels, in the \
+                 same order",
+                p.channel
+            )));
+        }
+        if measurements * spectrum != profiles.len() || spectrum > MOST_CHANNELS {
+            return Err(Error::Profile(format!(
+                "{} profiles of {spectrum} channels: all measurements of a fit must have the same channels, at most \
+                 {MOST_CHANNELS}",
+                profiles.len()
+            )));
+        }
         let (mut parameters, mut members) = (Vec::new(), vec![Vec::new(); profiles.len()]);
         for p in model.parameters(channels) {
             let named = |names: &[Name]| names.iter().any(|name| name.means(p.kind, channels));
-            let differs = p.kind.is_of_measurement() && !named(&requests.share) || named(&requests.separate);
+            let absorbs = matches!(p.kind, Kind::Fiber(FiberParameter::SigmaCa | FiberParameter::SigmaMa, _));
+            let [by_measurement, by_channel] = match (named(&requests.separate), named(&requests.share)) {
+                (true, _) => [true; 2],
+                (_, true) => [false; 2],
+                _ => [p.kind.is_of_measurement(), absorbs],
+            };
+            let first = parameters.len();
             for (k, profile) in profiles.iter().enumerate() {
-                if k == 0 || differs {
-                    parameters.push(of_profile(&p, profile, (differs && profiles.len() > 1).then_some(k + 1)));
+                let measurement = if by_measurement { k / spectrum } else { 0 };
+                let channel = if by_channel { k % spectrum } else { 0 };
+                let index = first + measurement * if by_channel { spectrum } else { 1 } + channel;
+                if index == parameters.len() {
+                    let name = (by_channel && spectrum > 1).then(|| profile.channel.clone());
+                    let number = (by_measurement && measurements > 1).then(|| (measurement + 1).to_string());
+                    parameters.push(of_profile(&p, profile, &name.into_iter().chain(number).collect::<Vec<_>>()));
                 }
-                members[k].push(parameters.len() - 1);
+                members[k].push(index);
             }
         }
         let thetas: Vec<f64> = profiles.iter().map(|profile| profile.theta_o).collect();

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::profile::{Point, Profile};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The start of a comment with a parameter that was simulated.
@@ -61,25 +62,50 @@ pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
     text
 }
 
-/// Writes CSV with the columns theta, phi, value or r, g, b, and the standard deviations if there are any. `notes`
-/// become comments at the head.
+/// Writes CSV with the columns theta, phi, value or r, g, b, and the standard deviations if there are any. A profile
+/// with a [`Profile::channel`] has the columns of [`channels_csv`]. `notes` become comments at the head.
 pub fn csv(profile: &Profile, notes: &[String]) -> String {
-    let has_sigma = profile.points.iter().any(|p| p.sigma.is_some());
-    let names = match (profile.channels, has_sigma) {
-        (1, false) => "value",
-        (1, true) => "value,sigma",
-        (_, false) => "r,g,b",
-        (_, true) => "r,g,b,sigma_r,sigma_g,sigma_b",
+    channels_csv(std::slice::from_ref(profile), notes)
+}
+
+/// Writes the profiles of the channels of one measurement as CSV: the columns theta, phi, value_NAME for each channel,
+/// and sigma_NAME if there are standard deviations. `notes` become comments at the head. Nothing is written without a
+/// profile, and all must have the same directions, values or not.
+pub fn channels_csv(profiles: &[Profile], notes: &[String]) -> String {
+    let Some(first) = profiles.first() else { return String::new() };
+    let has_sigma = profiles.iter().any(|profile| profile.points.iter().any(|p| p.sigma.is_some()));
+    let columns = |profile: &Profile, what: &str| match (profile.channel.as_str(), profile.channels, what) {
+        ("", 1, _) => what.to_owned(),
+        ("", _, "value") => "r,g,b".to_owned(),
+        ("", _, _) => "sigma_r,sigma_g,sigma_b".to_owned(),
+        (name, ..) => format!("{what}_{name}"),
     };
-    let mut text = header(profile, "fiber", notes) + &format!("theta,phi,{names}\n");
-    for p in &profile.points {
-        let sigma = p.sigma.iter().flat_map(|sigma| &sigma[..profile.channels]).map(|x| format!("{x:.6e}"));
-        let cells: Vec<String> = cells(p, profile.channels).chain(sigma).collect();
-        text += &format!("{},{},{}\n", tidy(p.theta), tidy(p.phi), cells.join(","));
-    }
-    let columns = profile.channels * if has_sigma { 2 } else { 1 };
-    for [theta, phi] in &profile.missing {
-        text += &format!("{},{},{}\n", tidy(*theta), tidy(*phi), vec!["?"; columns].join(","));
+    let of_all = |what: &str| profiles.iter().map(|profile| columns(profile, what)).collect::<Vec<_>>();
+    let names = if has_sigma { [of_all("value"), of_all("sigma")].concat() } else { of_all("value") };
+    // What was simulated differs between channels in the absorption.
+    let simulated = |(i, profile): (usize, &Profile)| {
+        let of = |(name, x): &(String, f64)| match name.starts_with("sigma_ca") || name.starts_with("sigma_ma") {
+            true if !profile.channel.is_empty() => Some((format!("{name}[{}]", profile.channel), *x)),
+            _ => (i == 0).then(|| (name.clone(), *x)),
+        };
+        profile.simulated.iter().filter_map(of).collect::<Vec<_>>()
+    };
+    let simulated = profiles.iter().enumerate().flat_map(simulated).collect();
+    let head = header(&Profile { simulated, points: Vec::new(), ..first.clone() }, "fiber", notes);
+    let mut text = format!("{head}theta,phi,{}\n", names.join(","));
+    let key = |[theta, phi]: [f64; 2]| [theta, phi].map(f64::to_bits);
+    let found: Vec<BTreeMap<[u64; 2], &Point>> =
+        profiles.iter().map(|p| p.points.iter().map(|p| (key([p.theta, p.phi]), p)).collect()).collect();
+    for place in first.points.iter().map(|p| [p.theta, p.phi]).chain(first.missing.iter().copied()) {
+        let (mut values, mut sigmas) = (Vec::new(), Vec::new());
+        for (profile, found) in profiles.iter().zip(&found) {
+            let point = found.get(&key(place));
+            let cell = |x: Option<f64>| x.map_or("?".to_owned(), |x| format!("{x:.6e}"));
+            values.extend((0..profile.channels).map(|c| cell(point.map(|p| p.value[c]))));
+            sigmas.extend((0..profile.channels).map(|c| cell(point.and_then(|p| p.sigma).map(|sigma| sigma[c]))));
+        }
+        let cells = if has_sigma { [values, sigmas].concat() } else { values };
+        text += &format!("{},{},{}\n", tidy(place[0]), tidy(place[1]), cells.join(","));
     }
     text
 }

@@ -25,7 +25,8 @@ use vellus_models::ModelKind;
 /// the same unit and broadcast like `values`. `blur`: full width of the cell over which each value is an average, in
 /// [0, 30] degrees: one number for θ and φ, or two; 0 without it. `quantity`: `f-cos` if values are proportional to
 /// f·cos θ, or `f`. `channels`: 1 or 3; without it, 3 if the last axis of `values` has 3 numbers that `theta` and `phi`
-/// lack.
+/// lack. `channel`: the name of the channel, such as a wavelength, if grey values are one of several channels of a
+/// measurement. A fit then gives each its own absorption.
 ///
 /// Raises `ValueError` for an angle or value out of range.
 #[pyclass(frozen, module = "vellus", name = "Profile")]
@@ -56,10 +57,34 @@ fn widths(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<[f64; 2]>> {
     }
 }
 
+/// The arguments of readers.
+fn reading(
+    theta_o: Option<f64>,
+    angles: Option<&str>,
+    quantity: Option<&str>,
+    axes: Option<[vellus_fit::Axis; 2]>,
+    blur: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Reading> {
+    let angles = angles
+        .map(|name| name.parse().map_err(|e| PyValueError::new_err(format!("angles = '{name}': {e}"))))
+        .transpose()?;
+    Ok(Reading { theta_o, angles, quantity: self::quantity(quantity)?, axes, blur: widths(blur)? })
+}
+
 /// What pickle keeps: points, their standard deviations, missing directions, how many of these are negative, what was
-/// simulated, theta_o, quantity, channels and blur.
-type State =
-    (Vec<[f64; 5]>, Option<Vec<[f64; 3]>>, Vec<[f64; 2]>, usize, Vec<(String, f64)>, f64, String, usize, [f64; 2]);
+/// simulated, theta_o, quantity, channels, the name of the channel and blur.
+type State = (
+    Vec<[f64; 5]>,
+    Option<Vec<[f64; 3]>>,
+    Vec<[f64; 2]>,
+    usize,
+    Vec<(String, f64)>,
+    f64,
+    String,
+    usize,
+    String,
+    [f64; 2],
+);
 
 /// All rows of an argument, broadcast to `shape`.
 fn all(rows: &Rows<'_>, real: &Real<'_>, shape: &[usize]) -> Vec<Vec<f64>> {
@@ -77,7 +102,8 @@ fn all(rows: &Rows<'_>, real: &Real<'_>, shape: &[usize]) -> Vec<Vec<f64>> {
 #[pymethods]
 impl Profile {
     #[new]
-    #[pyo3(signature = (theta, phi, values, *, theta_o, sigma = None, blur = None, quantity = None, channels = None))]
+    #[pyo3(signature = (theta, phi, values, *, theta_o, sigma = None, blur = None, quantity = None, channels = None,
+        channel = ""))]
     fn new(
         theta: &Bound<'_, PyAny>,
         phi: &Bound<'_, PyAny>,
@@ -87,6 +113,7 @@ impl Profile {
         blur: Option<&Bound<'_, PyAny>>,
         quantity: Option<&str>,
         channels: Option<i128>,
+        channel: &str,
     ) -> PyResult<Self> {
         let [theta, phi, values] =
             [(theta, "theta"), (phi, "phi"), (values, "values")].map(|(given, name)| Real::new(given, name));
@@ -119,11 +146,12 @@ impl Profile {
         }
         let quantity = self::quantity(quantity)?.unwrap_or_default();
         let blur = widths(blur)?.unwrap_or_default();
-        let (negative, simulated) = (0, Vec::new());
+        let (channel, negative, simulated) = (channel.to_owned(), 0, Vec::new());
         Profile::checked(vellus_fit::Profile {
             theta_o,
             quantity,
             channels,
+            channel,
             blur,
             points,
             missing,
@@ -152,17 +180,32 @@ impl Profile {
         phi: Option<[f64; 2]>,
         blur: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let angles = angles
-            .map(|name| name.parse().map_err(|e| PyValueError::new_err(format!("angles = '{name}': {e}"))))
-            .transpose()?;
         let axis = |[first, last]: [f64; 2]| vellus_fit::Axis { first, last };
         let axes = match (theta, phi) {
             (Some(theta), Some(phi)) => Some([axis(theta), axis(phi)]),
             (None, None) => None,
             _ => return Err(PyTypeError::new_err("theta and phi must be given together")),
         };
-        let reading = Reading { theta_o, angles, quantity: self::quantity(quantity)?, axes, blur: widths(blur)? };
+        let reading = reading(theta_o, angles, quantity, axes, blur)?;
         vellus_fit::read(&path, &reading).map(|profile| Profile(Arc::new(profile))).map_err(|e| with_causes(&e))
+    }
+
+    /// Reads the profiles of all channels of the CSV file `path`: a list with a grey `Profile` for each column
+    /// `value_NAME`. `fit` takes the list. Arguments are those of `read`.
+    ///
+    /// Raises what `read` raises.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, theta_o = None, angles = None, quantity = None, blur = None))]
+    fn read_channels(
+        path: PathBuf,
+        theta_o: Option<f64>,
+        angles: Option<&str>,
+        quantity: Option<&str>,
+        blur: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<Self>> {
+        let reading = reading(theta_o, angles, quantity, None, blur)?;
+        let profiles = vellus_fit::read_channels(&path, &reading).map_err(|e| with_causes(&e))?;
+        Ok(profiles.into_iter().map(|profile| Profile(Arc::new(profile))).collect())
     }
 
     /// Makes a synthetic measurement of a fibre, for tests and examples.
@@ -236,6 +279,12 @@ impl Profile {
         self.0.channels
     }
 
+    /// The name of the channel of grey values that are one of several channels, or an empty text.
+    #[getter]
+    fn channel(&self) -> &str {
+        &self.0.channel
+    }
+
     /// θ of each value, degrees: float64 of shape (N,).
     #[getter]
     fn theta<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -305,7 +354,11 @@ impl Profile {
 
     fn __repr__(&self) -> String {
         let p = &self.0;
-        let color = if p.channels == 1 { "grey" } else { "RGB" };
+        let color = match (p.channel.as_str(), p.channels) {
+            ("", 1) => "grey".to_owned(),
+            ("", _) => "RGB".to_owned(),
+            (name, _) => format!("channel {name}"),
+        };
         let (count, missing) = (p.points.len(), p.missing.len());
         format!("<Profile: {count} directions, {missing} missing, {color}, theta_o={}>", p.theta_o)
     }
@@ -316,13 +369,14 @@ impl Profile {
         let points = p.points.iter().map(|p| [p.theta, p.phi, p.value[0], p.value[1], p.value[2]]).collect();
         let (missing, simulated) = (p.missing.clone(), p.simulated.clone());
         let quantity = p.quantity.name().to_owned();
-        let state = (points, sigmas(p), missing, p.negative, simulated, p.theta_o, quantity, p.channels, p.blur);
+        let (sigmas, channel) = (sigmas(p), p.channel.clone());
+        let state = (points, sigmas, missing, p.negative, simulated, p.theta_o, quantity, p.channels, channel, p.blur);
         Ok((slf.get_type().getattr("_from_state")?, (state,)))
     }
 
     #[staticmethod]
     fn _from_state(state: State) -> PyResult<Self> {
-        let (points, sigmas, missing, negative, simulated, theta_o, quantity, channels, blur) = state;
+        let (points, sigmas, missing, negative, simulated, theta_o, quantity, channels, channel, blur) = state;
         let point = |(i, [theta, phi, r, g, b]): (usize, [f64; 5])| {
             let sigma = sigmas.as_ref().and_then(|sigmas| sigmas.get(i).copied());
             Point { theta, phi, value: [r, g, b], sigma }
@@ -334,6 +388,7 @@ impl Profile {
             theta_o,
             quantity,
             channels,
+            channel,
             blur,
             points,
             missing,

@@ -94,6 +94,26 @@ def test_several_profiles_are_fitted_together():
     assert other.parts[1].scale == other.scale and other.parts[1].background == other.estimates["background[2]"].value
 
 
+def test_channels_have_their_own_absorption(tmp_path):
+    measure = {"step": (8, 8), "gaps": 0, "scale": 2.0}
+    grey = [vellus.Profile.measure(vellus.Fiber("raccoon", sigma_ca=x), **measure) for x in (0.2, 0.8)]
+    theta, phi = grey[0].theta, grey[0].phi
+    columns = np.column_stack([theta, phi, *(profile.values[:, 0] for profile in grey)])
+    path = tmp_path / "channels.csv"
+    np.savetxt(path, columns, delimiter=",", header="theta,phi,value_650,value_450", comments="")
+    profiles = vellus.Profile.read_channels(path, theta_o=-30)
+    assert [profile.channel for profile in profiles] == ["650", "450"] and "channel 650" in repr(profiles[0])
+    assert pickle.loads(pickle.dumps(profiles)) == profiles
+    assert vellus.Profile(theta, phi, profiles[1].values[:, 0], theta_o=-30, channel="450") == profiles[1]
+    fit = vellus.fit(profiles, starts=4)
+    assert {"sigma_ca[650]", "sigma_ca[450]", "sigma_ma[450]", "scale", "kappa"} <= set(fit.estimates)
+    assert fit.parts[0].fiber.sigma_ca[0] < fit.parts[1].fiber.sigma_ca[0]
+    with pytest.raises(ValueError, match="it has 2 channels: expected one profile"):
+        vellus.Profile.read(path, theta_o=-30)
+    with pytest.raises(ValueError, match="only grey values have a channel"):
+        vellus.Profile(theta, phi, np.ones((len(theta), 3)), theta_o=-30, channel="450")
+
+
 def test_negative_values_of_a_file_are_missing(tmp_path):
     lines = vellus.Profile.measure("cat", step=(8, 8), gaps=0).to_csv().splitlines()
     lines[-2:] = [line.rsplit(",", 1)[0] + ",-0.1" for line in lines[-2:]]

@@ -10,7 +10,7 @@ use crate::terminal::Terminal;
 use anyhow::{Context, Error, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus::ScatterExit;
-use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
+use vellus_fit::{Angles, Axis, Forward, Options, Profile, Quantity, Reading, Requests};
 use vellus_io::parse;
 use vellus_models::ModelKind;
 use vellus_open::FiberFormat;
@@ -20,9 +20,10 @@ use vellus_plot::fit::{Measured, Summary, write_report};
 ///
 /// PROFILE contains the light that one fibre scatters, averaged over its width. One of camera and light is fixed, the
 /// other moves. A .txt file has lines `phi theta value` or `phi theta r g b`, in the coordinates of the gantry of Yan
-/// et al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b. An image (.npy,
-/// .exr) has rows over theta and columns over phi. The unit of the values is arbitrary. Several profiles are fitted one
-/// after the other, or with --joint all together, as measurements of the same fibre.
+/// et al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b, or value_NAME
+/// for each of up to 64 channels, such as value_550. An image (.npy, .exr) has rows over theta and columns over phi.
+/// The unit of the values is arbitrary. Several profiles are fitted one after the other, or with --joint all together,
+/// as measurements of the same fibre. Channels share all but the absorption of cortex and medulla.
 ///
 /// vellus writes no fibre, and the exit code is 2, in three cases: the model is no better than a constant (F-test at
 /// 0.1 %); the model explains less than a quarter of the constant's loss, and the residuals are not noise; or the
@@ -50,8 +51,8 @@ pub struct Args {
     /// --joint, a folder: each fibre has the name of its profile.
     #[arg(long, value_name = "FILE|DIR")]
     out: Option<PathBuf>,
-    /// Folder for a report with pictures: index.html and profile-1.csv. For several profiles without --joint, it has a
-    /// folder for each.
+    /// Folder for a report with pictures: index.html and profile-1.csv, and absorption.csv for channels. For several
+    /// profiles without --joint, it has a folder for each.
     #[arg(long, value_name = "DIR", conflicts_with = "simulate")]
     report: Option<PathBuf>,
     /// Format of the result on standard output.
@@ -90,12 +91,13 @@ pub struct Args {
     /// 0). May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
-    /// With --joint, give each profile its own value of a parameter, such as sigma_ca for profiles of different
-    /// wavelengths. May be repeated.
-    #[arg(long, value_name = "NAME", requires = "joint")]
+    /// With --joint or channels, give each profile or channel its own value of a parameter, such as sigma_ca for
+    /// profiles of different wavelengths. May be repeated.
+    #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     separate: Vec<String>,
-    /// With --joint, give all profiles the same scale, theta_o or background. May be repeated.
-    #[arg(long, value_name = "NAME", requires = "joint")]
+    /// With --joint, give all profiles the same scale, theta_o or background; give all channels the same sigma_ca or
+    /// sigma_ma. May be repeated.
+    #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     share: Vec<String>,
     /// Number of starts of the search [default: 64].
     #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = parse::whole::<u32>(1..=10_000))]
@@ -215,12 +217,24 @@ impl Job<'_> {
     }
 
     fn run(&self, args: &Args, forward: Forward, options: &Options, interrupt: &Interrupt) -> Result<()> {
-        let mut profiles = Vec::new();
+        let (mut profiles, mut paths) = (Vec::new(), Vec::new());
         for (path, reading) in &self.profiles {
             if reading.axes.is_some() && path.extension().is_some_and(|e| e == "txt" || e == "csv") {
                 bail!("--theta and --phi are the angles of an image: {} has its own", path.display());
             }
-            profiles.push(vellus_fit::read(path, reading)?);
+            let channels = vellus_fit::read_channels(path, reading)?;
+            let names = |profiles: &[Profile]| profiles.iter().map(|p| p.channel.clone()).collect::<Vec<_>>();
+            let (own, first) = (names(&channels), names(&profiles[..channels.len().min(profiles.len())]));
+            if !profiles.is_empty() && own != first {
+                bail!("{} has other channels than {}", path.display(), self.profiles[0].0.display());
+            }
+            paths.resize(paths.len() + channels.len(), *path);
+            profiles.extend(channels);
+        }
+        let is_alone = profiles.len() == 1 && !args.joint;
+        let of_several = [("--separate", &options.requests.separate), ("--share", &options.requests.share)];
+        if let Some((option, _)) = of_several.iter().find(|(_, names)| is_alone && !names.is_empty()) {
+            bail!("{option} needs --joint, or a profile with several channels (columns value_NAME)");
         }
         let terminal = Terminal::with_interrupt(interrupt);
         // From here on, a signal leaves the best fit so far.
@@ -229,7 +243,7 @@ impl Job<'_> {
         terminal.clear();
         let names: Vec<String> = self.profiles.iter().map(|(path, _)| path.display().to_string()).collect();
         let fit = fit.with_context(|| format!("cannot fit {}", names.join(", ")))?;
-        let measured = self.profiles.iter().zip(&profiles).map(|((path, _), profile)| Measured { path, profile });
+        let measured = paths.iter().zip(&profiles).map(|(path, profile)| Measured { path, profile });
         let summary = Summary { measured: measured.collect(), fit: &fit };
         if let Some(folder) = &self.report {
             let command = std::env::args().collect::<Vec<_>>().join(" ");

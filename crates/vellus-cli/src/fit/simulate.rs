@@ -6,8 +6,9 @@ use crate::output;
 use crate::say::say;
 use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
 use vellus_fit::simulate::Source;
-use vellus_fit::{Forward, Specimen, Synthetic, writer};
+use vellus_fit::{Absorption, Forward, Specimen, Synthetic, channels_csv, writer};
 use vellus_models::ModelKind;
 use vellus_render_models::Method;
 
@@ -48,6 +49,10 @@ pub struct Gantry {
     /// Measure red, green and blue. Default: red only.
     #[arg(long, conflicts_with = "profiles")]
     rgb: bool,
+    /// Measure any number of channels, only with --from model and a .csv file: CSV with the columns channel, sigma_ca
+    /// and sigma_ma.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["profiles", "rgb"])]
+    absorption: Option<PathBuf>,
 }
 
 /// The default of `--photons`. The noise is then about 2 % in cells of 4°.
@@ -98,6 +103,20 @@ pub fn run(args: &super::Args) -> Result<()> {
         channels: if given.rgb { 3 } else { 1 },
         seed: args.seed,
     };
+    if let Some(path) = &given.absorption {
+        let Source::Model(forward, specimen) = source else { bail!("--absorption is only for --from model") };
+        if out.extension().is_none_or(|e| e != "csv") {
+            bail!("--absorption needs --out FILE.csv: {} has no place for channels", out.display());
+        }
+        let absorptions = Absorption::read(path)?;
+        output::writable(out)?;
+        let profiles = vellus_fit::simulate::channels(forward, &specimen, &absorptions, &gantry)?;
+        let notes = [format!("synthetic measurement of {}: {source}", fiber_args.name()), gantry.to_string()];
+        output::write(Some(out), channels_csv(&profiles, &notes).as_bytes())?;
+        let (count, directions) = (profiles.len(), profiles.first().map_or(0, |p| p.points.len()));
+        say!("wrote {}: {count} channels, {directions} directions", out.display());
+        return Ok(());
+    }
     output::writable(out)?;
     let profile = source.measure(&gantry, &Terminal::new())?;
     let notes = [format!("synthetic measurement of {}: {source}", fiber_args.name()), gantry.to_string()];

@@ -221,6 +221,64 @@ fn other_models_are_measured_fitted_and_named() {
     assert!(vellus(folder, &["fiber", "show", "hair.toml"]).status.success());
 }
 
+/// From absorptions to a measurement, back to absorptions by a fit, and to the energies of the fibre.
+#[test]
+fn channels_go_through_fit_and_energy() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(
+        folder.join("in.csv"),
+        "channel,sigma_ca,sigma_ma\n450,0.8,0.3\n550,0.4,0.15\n600,0.3,0.1\n650,0.2,0.05\n",
+    )
+    .unwrap();
+    let measure = ["--simulate", "raccoon", "--set", "kappa=0.5", "--absorption", "in.csv", "--step", "8"];
+    run(folder, &[&measure[..], &["--out", "a.csv"]].concat());
+    let args = ["a.csv", "--starts", "4", "--out", "a.toml", "--report", "report", "--format", "json"];
+    let value: serde_json::Value = serde_json::from_slice(&run(folder, &args).stdout).unwrap();
+    for (channel, truth) in [("450", 0.8), ("650", 0.2)] {
+        let sigma = &value["parameters"][format!("sigma_ca[{channel}]")];
+        assert_eq!(sigma["simulated"], truth);
+        // At most five standard errors: chance has 2 of 10 million.
+        let [found, error] = ["value", "standard_error"].map(|name| sigma[name].as_f64().unwrap());
+        assert!((found - truth).abs() < 5.0 * error && error < 0.3, "{channel}: {sigma}");
+    }
+    let profiles = value["profiles"].as_array().unwrap();
+    assert_eq!(
+        profiles.iter().map(|p| p["channel"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["450", "550", "600", "650"]
+    );
+    let toml = std::fs::read_to_string(folder.join("a.toml")).unwrap();
+    let line = toml.lines().find(|line| line.starts_with("sigma_ca = ")).unwrap();
+    assert!(line.contains("sigma_ca[450] = ") && line.contains("; sigma_ca[650] = "), "{line}");
+    let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    for part in ["Fit of a.csv by", "<h2>a.csv, channel 450</h2>", "absorption.csv", "profile-4.png"] {
+        assert!(page.contains(part), "{part}");
+    }
+
+    let energy = |more: &[&str]| {
+        let output = vellus(folder, &[&["energy", "--fiber", "a.toml"], more].concat());
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let all = energy(&["--absorption", "report/absorption.csv", "--format", "json"]);
+    let channels = all["channels"].as_array().unwrap();
+    assert_eq!(channels.len(), 4);
+    // The file of the fibre has the absorption of the first channel, with the same digits.
+    let first = energy(&["--format", "json"]);
+    for lobe in ["R", "TT", "total"] {
+        for kind in ["closed_form", "integral"] {
+            assert_eq!(channels[0]["lobes"][lobe][kind], first["lobes"][lobe][kind][0], "{lobe} {kind}");
+        }
+    }
+    let total = |k: usize| channels[k]["lobes"]["total"]["closed_form"].as_f64().unwrap();
+    assert!((0..3).all(|k| total(k) < total(k + 1)), "less absorption gives more light: {channels:?}");
+    let text = |format: &str| {
+        let args = ["energy", "--fiber", "a.toml", "--absorption", "in.csv", "--format", format];
+        String::from_utf8(vellus(folder, &args).stdout).unwrap()
+    };
+    assert!(text("csv").starts_with("channel,sigma_ca,sigma_ma,A.R,") && text("csv").lines().count() == 5);
+    assert!(text("table").contains("\n450 "), "{}", text("table"));
+}
+
 #[test]
 fn the_whole_fibre_is_measured() {
     let folder = tempfile::tempdir().unwrap();
@@ -237,6 +295,11 @@ fn bad_input_is_one_message() {
     let folder = folder.path();
     std::fs::write(folder.join("nan.txt"), "70 40 0.1\n72 40 NaN\n").unwrap();
     std::fs::write(folder.join("x.dat"), "70 40 0.1\n").unwrap();
+    std::fs::write(folder.join("ok.txt"), values(|theta, phi| f64::from(theta + phi))).unwrap();
+    for (name, head) in [("a.csv", "value_a,value_b"), ("b.csv", "value_a,value_c")] {
+        let rows = (0..64).map(|i| format!("{},{},1,2\n", 10 + i / 8, 10 * (i % 8)));
+        std::fs::write(folder.join(name), format!("theta,phi,{head}\n{}", rows.collect::<String>())).unwrap();
+    }
     let all: &[(&[&str], &[&str])] = &[
         (&["nan.txt", "--theta-o", "-30"], &["error: nan.txt, line 2", "'NaN'"]),
         (&["x.dat"], &["x.dat", "unknown format"]),
@@ -263,8 +326,15 @@ fn bad_input_is_one_message() {
         (&["nan.txt", "--blur", "5,x"], &["--blur", "'x' is not a number"]),
         (&["nan.txt", "a/nan.csv"], &["nan.txt and a/nan.csv have the same name"]),
         (&["nan.txt", "b.txt", "--out", "x.dat"], &["cannot create the folder x.dat"]),
-        (&["nan.txt", "--separate", "sigma_ca"], &["--joint"]),
-        (&["nan.txt", "--share", "scale"], &["--joint"]),
+        (&["ok.txt", "--theta-o", "-30", "--separate", "sigma_ca"], &["--separate needs --joint", "value_NAME"]),
+        (&["ok.txt", "--theta-o", "-30", "--share", "scale"], &["--share needs --joint"]),
+        (&["a.csv", "b.csv", "--theta-o", "-30", "--joint"], &["b.csv has other channels than a.csv"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--absorption", "a.csv"], &["--absorption needs --out FILE.csv"]),
+        (&["--simulate", "cat", "--out", "c.csv", "--absorption", "a.csv"], &["a.csv: the columns are theta, phi"]),
+        (
+            &["--simulate", "cat", "--out", "c.csv", "--absorption", "a.csv", "--from", "reference"],
+            &["--absorption is only for --from model"],
+        ),
         (&["nan.txt", "--joint", "--separate", "etta"], &["--separate etta", "unknown parameter 'etta'"]),
         (&["nan.txt", "--joint", "--share", "etta"], &["--share etta", "unknown parameter 'etta'"]),
         (&["--simulate", "cat", "--joint", "--out", "a.txt"], &["--joint", "cannot be used with"]),

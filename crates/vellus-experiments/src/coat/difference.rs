@@ -5,10 +5,11 @@ use crate::flip::lab;
 /// CIEDE2000 of two colours in linear sRGB (Sharma, Wu and Dalal 2005, The CIEDE2000 Color-Difference Formula). White
 /// is 1, 1, 1. About 1 is just visible side by side.
 pub fn delta_e2000(a: [f64; 3], b: [f64; 3]) -> f64 {
-    of_labs(lab(a), lab(b))
+    delta_e2000_of_labs(lab(a), lab(b))
 }
 
-fn of_labs([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
+/// CIEDE2000 of two colours in CIE L\*a\*b\*, with L\* in [0, 100].
+pub fn delta_e2000_of_labs([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     let flat = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
     let g = 0.5 * (1.0 - flat(0.5 * (a1.hypot(b1) + a2.hypot(b2))));
     let (a1, a2) = ((1.0 + g) * a1, (1.0 + g) * a2);
@@ -49,7 +50,7 @@ mod tests {
             ([60.2574, -34.0099, 36.2677], [60.4626, -34.1751, 39.4387], 1.2644),
             ([2.0776, 0.0795, -1.1350], [0.9033, -0.0636, -0.5514], 0.9082),
         ] {
-            let found = of_labs(a, b);
+            let found = delta_e2000_of_labs(a, b);
             assert!((found - expected).abs() < 1e-4, "{a:?} {b:?}: {found}");
         }
     }

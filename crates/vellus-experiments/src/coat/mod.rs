@@ -4,7 +4,7 @@ mod difference;
 mod random;
 mod sheet;
 
-pub use difference::delta_e2000;
+pub use difference::{delta_e2000, delta_e2000_of_labs};
 pub use random::{random_color, random_fiber};
 pub use sheet::{Axis, Sheet};
 

@@ -1,6 +1,7 @@
 //! The integration tests of `vellus-fit`, as one program.
 
 mod calibration;
+mod channels;
 mod files;
 mod fit;
 mod joint;
@@ -15,6 +16,7 @@ fn any_profile(channels: usize) -> vellus_fit::Profile {
         theta_o: -30.0,
         quantity: vellus_fit::Quantity::FCos,
         channels,
+        channel: String::new(),
         blur: [0.0; 2],
         points: vec![point],
         missing: Vec::new(),

@@ -5,10 +5,11 @@ use super::summary::{Summary, error, interval, remark, value};
 use crate::html::{self, escaped};
 use crate::{Result, failure, save};
 use std::path::Path;
-use vellus_fit::Correlations;
+use vellus_fit::{Absorption, Correlations};
 
-/// Writes `index.html`, and `profile-1.png`, `slices-1.png` and `profile-1.csv` for each profile, to a folder. `origin`
-/// is the last line of the page. It describes how the fit was made, such as the command.
+/// Writes `index.html`, and `profile-1.png`, `slices-1.png` and `profile-1.csv` for each profile, to a folder. If the
+/// profiles are channels, it also writes `absorption.csv`. `origin` is the last line of the page. It describes how the
+/// fit was made, such as the command.
 ///
 /// # Errors
 /// [`Error::Write`](crate::Error::Write), and the errors of the pictures.
@@ -18,6 +19,10 @@ pub fn write_report(summary: &Summary, folder: &Path, origin: &str) -> Result<()
         save(&Profiles(summary, k), &[file("profile", "png")])?;
         save(&Slices(summary, k), &[file("slices", "png")])?;
         failure::write(&file("profile", "csv"), csv(summary, k).as_bytes())?;
+    }
+    let absorptions = summary.absorptions();
+    if !absorptions.is_empty() {
+        failure::write(&folder.join("absorption.csv"), Absorption::csv(&absorptions).as_bytes())?;
     }
     failure::write(&folder.join("index.html"), page(summary, origin).as_bytes())
 }
@@ -45,7 +50,13 @@ fn page(summary: &Summary, origin: &str) -> String {
     let fit = summary.fit;
     let title = format!(
         "Fit of {} by {}{}{}",
-        summary.names(),
+        summary
+            .files()
+            .iter()
+            .filter_map(|f| f.file_name())
+            .map(|n| n.to_string_lossy())
+            .collect::<Vec<_>>()
+            .join(", "),
         summary.model(),
         if fit.interrupted { " (interrupted: the best so far)" } else { "" },
         if fit.no_fit.is_some() { " (no fit)" } else { "" }
@@ -78,6 +89,10 @@ fn page(summary: &Summary, origin: &str) -> String {
         )
     };
     let pictures: String = (0..summary.measured.len()).map(picture).collect();
+    let absorptions = match summary.absorptions().len() {
+        0 => "",
+        _ => "<p><a href=\"absorption.csv\">absorptions of the channels</a></p>\n",
+    };
     let Correlations { names, matrix } = &fit.correlations;
     let head: String = names.iter().map(|n| format!("<th>{}</th>", escaped(n))).collect();
     let correlations: String = names
@@ -91,7 +106,7 @@ fn page(summary: &Summary, origin: &str) -> String {
     let body = format!(
         "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th><th>95 % interval</th>{heading}<th></th>\
          </tr>\n{parameters}</table>\n\
-         <table>\n{lines}</table>\n{pictures}\
+         <table>\n{lines}</table>\n{absorptions}{pictures}\
          <h2>Correlations</h2>\n<table>\n<tr><th></th>{head}</tr>\n{correlations}</table>\n\
          <p><small>vellus {} · {}</small></p>\n",
         html::warnings(&summary.warnings()),

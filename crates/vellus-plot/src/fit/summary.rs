@@ -4,7 +4,7 @@ use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use vellus::ScatterExit;
-use vellus_fit::{Estimate, Fit, NOISE_LIKE, Part, Point, Profile, Starts, State};
+use vellus_fit::{Absorption, Estimate, Fit, NOISE_LIKE, Part, Point, Profile, Starts, State};
 use vellus_models::ModelKind;
 
 /// A difference in χ² of three standard errors.
@@ -161,14 +161,24 @@ impl Summary<'_> {
         (self.measured[k].profile, self.fit, &self.fit.parts[k])
     }
 
-    /// The name of the file of a profile.
+    /// The name of the file of a profile, and its channel.
     pub(super) fn name(&self, k: usize) -> String {
-        self.measured[k].path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned())
+        let Measured { path, profile } = self.measured[k];
+        let name = path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+        if profile.channel.is_empty() { name } else { format!("{name}, channel {}", profile.channel) }
     }
 
-    /// The names of the files of all profiles.
-    pub(super) fn names(&self) -> String {
-        (0..self.measured.len()).map(|k| self.name(k)).collect::<Vec<_>>().join(", ")
+    /// The files of all profiles. The channels of a file are next to each other.
+    pub(super) fn files(&self) -> Vec<&Path> {
+        let mut files: Vec<&Path> = self.measured.iter().map(|m| m.path).collect();
+        files.dedup();
+        files
+    }
+
+    /// The fitted absorptions, if the profiles are channels.
+    pub(super) fn absorptions(&self) -> Vec<Absorption> {
+        let profiles: Vec<&Profile> = self.measured.iter().map(|m| m.profile).collect();
+        Absorption::fitted(&profiles, &self.fit.parts)
     }
 
     /// Whether this is a fit of synthetic measurements.
@@ -218,7 +228,7 @@ impl Summary<'_> {
         format!(
             "{}: {why}{out}{page}{highlight}. Check the columns of the file, --angles, --quantity and --theta-o, or \
              try another --model. --allow-bad-fit accepts the fit",
-            self.measured.iter().map(|m| m.path.display().to_string()).collect::<Vec<_>>().join(", ")
+            self.files().iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
         )
     }
 
@@ -303,12 +313,16 @@ impl Summary<'_> {
                 [0.0, 0.0] => String::new(),
                 [theta, phi] => format!(", cells of {theta}° × {phi}°"),
             };
+            let color = match (profile.channel.as_str(), profile.channels) {
+                ("", 1) => "grey".to_owned(),
+                ("", _) => "RGB".to_owned(),
+                (name, _) => format!("channel {name}"),
+            };
             let line = format!(
-                "{}: {} directions, {} missing, {}, θ_o = {}°, {}{blur}, {low} to {high}, NRMSE {}",
+                "{}: {} directions, {} missing, {color}, θ_o = {}°, {}{blur}, {low} to {high}, NRMSE {}",
                 path.display(),
                 profile.points.len(),
                 profile.missing.len(),
-                if profile.channels == 1 { "grey" } else { "RGB" },
                 profile.theta_o,
                 profile.quantity.name(),
                 percent(part.nrmse)
@@ -338,9 +352,9 @@ impl Summary<'_> {
     /// The value that was simulated, if the profile is a synthetic measurement.
     fn simulated(&self, e: &Estimate) -> Option<f64> {
         // `scale[2]` is the scale of the second profile.
-        let (name, number) = e.name.split_once('[').unwrap_or((&e.name, "1]"));
-        let k = number.trim_end_matches(']').parse::<usize>().ok()?.checked_sub(1)?;
-        self.measured.get(k)?.profile.simulated.iter().find(|(known, _)| known == name).map(|(_, x)| *x)
+        let name = e.name.split('[').next()?;
+        let simulated = &self.measured.get(e.profile)?.profile.simulated;
+        simulated.iter().find(|(known, _)| known == name).map(|(_, x)| *x)
     }
 
     /// The same as text, in the unit of the parameter.
@@ -424,7 +438,7 @@ impl Summary<'_> {
         };
         let profile = |(Measured { path, profile }, part): (&Measured, &Part)| {
             json!({"file": path, "points": profile.points.len(), "missing": profile.missing.len(),
-                "channels": profile.channels, "quantity": profile.quantity.name(), "blur": profile.blur,
+                "channels": profile.channels, "channel": profile.channel, "quantity": profile.quantity.name(), "blur": profile.blur,
                 "range": profile.range(), "nrmse": part.nrmse, "log_nrmse": part.log_nrmse})
         };
         let profiles: Vec<Value> = self.measured.iter().zip(&fit.parts).map(profile).collect();
@@ -461,7 +475,16 @@ mod tests {
     use vellus_fit::Quantity;
 
     fn estimate(name: &str, value: f64, error: Option<f64>, unit: &'static str) -> Estimate {
-        Estimate { name: name.to_owned(), unit, value, error, interval: None, state: State::Fitted, determined: false }
+        Estimate {
+            name: name.to_owned(),
+            profile: 0,
+            unit,
+            value,
+            error,
+            interval: None,
+            state: State::Fitted,
+            determined: false,
+        }
     }
 
     #[test]
@@ -481,7 +504,9 @@ mod tests {
         let points = [-20.0, 90.0, 170.0, 200.0].into_iter().flat_map(angles).collect();
         let (quantity, simulated) = (Quantity::FCos, Vec::new());
         let (blur, missing) = ([0.0; 2], Vec::new());
-        let profile = Profile { theta_o: -30.0, quantity, channels: 1, blur, points, missing, negative: 0, simulated };
+        let channel = String::new();
+        let profile =
+            Profile { theta_o: -30.0, quantity, channels: 1, channel, blur, points, missing, negative: 0, simulated };
         assert_eq!(hidden_highlight(&profile, -30.0, 5.0), None);
         let found = hidden_highlight(&profile, 30.0, 5.0).unwrap();
         let parts = ["highlight R is outside", "theta_o = 30°", "theta = -35°", "phi = 0°", "10 to 50°"];

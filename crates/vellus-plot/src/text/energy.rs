@@ -5,6 +5,7 @@ use crate::query::Query;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use vellus::{Bcsdf, Fiber, Hit, Lobe};
+use vellus_fit::Absorption;
 use vellus_models::direction;
 
 /// Energies of the six lobes of one hit, RGB.
@@ -33,6 +34,86 @@ impl Energy {
             integral: integrate(&hit, fiber),
         })
     }
+}
+
+/// Energies of the six lobes of one hit in one of any number of channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelEnergy {
+    /// The channel and its absorption.
+    pub absorption: Absorption,
+    /// Energies in closed form, and their sum.
+    pub closed_form: [f64; 7],
+    /// Energies as integrals of f·cos θ_i over the sphere, and their sum.
+    pub integral: [f64; 7],
+}
+
+impl ChannelEnergy {
+    /// Computes the energies of `fiber` with each of the absorptions, for ω_o and the offsets of `query`.
+    ///
+    /// # Errors
+    /// [`vellus::Error`] if a parameter is out of range.
+    pub fn all(fiber: &Fiber, absorptions: &[Absorption], query: &Query) -> Result<Vec<Self>, vellus::Error> {
+        let of = |absorption: &Absorption| {
+            let energy = Energy::new(&absorption.apply(fiber), query)?;
+            let with_sum =
+                |lobes: &[[f64; 3]; 6], sum: f64| std::array::from_fn(|i| lobes.get(i).map_or(sum, |lobe| lobe[0]));
+            let closed_form = with_sum(&energy.closed_form, energy.closed_form_total[0]);
+            let integral = with_sum(&energy.integral, energy.integral.iter().map(|lobe| lobe[0]).sum());
+            Ok(ChannelEnergy { absorption: absorption.clone(), closed_form, integral })
+        };
+        absorptions.iter().map(of).collect()
+    }
+}
+
+/// The energies of the lobes and their sums, with a row for each channel. A table only has the sum of the integrals.
+pub fn channel_energies(query: &Query, channels: &[ChannelEnergy], format: Format) -> String {
+    let keys: Vec<&str> = Lobe::ALL.iter().map(|lobe| lobe.key()).chain(["total"]).collect();
+    let numbers = |a: &Absorption| [a.sigma_ca, a.sigma_ma].map(f64::from);
+    match format {
+        Format::Table => {
+            let mut head = header(["channel", "sigma_ca", "sigma_ma"]);
+            head.extend(keys.iter().map(|key| format!("A {key}")).chain(["∫ total".to_owned()]));
+            let line = |c: &ChannelEnergy| {
+                let values = c.closed_form.iter().chain(&c.integral[6..]).copied();
+                row(c.absorption.channel.clone(), numbers(&c.absorption).into_iter().chain(values))
+            };
+            let rows: Vec<Vec<String>> = std::iter::once(head).chain(channels.iter().map(line)).collect();
+            format!(
+                "θ_o {}°, {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
+                query.theta_o,
+                query.offsets,
+                align(&rows)
+            )
+        }
+        Format::Csv => {
+            let columns = |what: &str| keys.iter().map(|key| format!(",{what}.{key}")).collect::<String>();
+            let mut text = format!("channel,sigma_ca,sigma_ma{}{}\n", columns("A"), columns("integral"));
+            for ChannelEnergy { absorption: a, closed_form, integral } in channels {
+                let values: Vec<String> = closed_form.iter().chain(integral).map(f64::to_string).collect();
+                text += &format!("{},{},{},{}\n", a.channel, a.sigma_ca, a.sigma_ma, values.join(","));
+            }
+            text
+        }
+        Format::Json | Format::Jsonl => {
+            let channel = |ChannelEnergy { absorption: a, closed_form, integral }: &ChannelEnergy| {
+                let lobe = |(i, key): (usize, &&str)| {
+                    ((*key).to_owned(), json!({"closed_form": closed_form[i], "integral": integral[i]}))
+                };
+                let lobes: Map<_, _> = keys.iter().enumerate().map(lobe).collect();
+                json!({"channel": a.channel, "sigma_ca": a.sigma_ca, "sigma_ma": a.sigma_ma, "lobes": lobes})
+            };
+            let mut object = place(query);
+            object.insert("channels".to_owned(), channels.iter().map(channel).collect());
+            format!("{}\n", Value::Object(object))
+        }
+    }
+}
+
+/// The inclination and the offsets of a query.
+fn place(query: &Query) -> Map<String, Value> {
+    let mut object = Map::from_iter([("theta_o".to_owned(), json!(query.theta_o))]);
+    object.extend(query.offsets.columns().into_iter().map(|(name, value)| (name.to_owned(), json!(value))));
+    object
 }
 
 /// The energies of the lobes and their sums.
@@ -65,8 +146,7 @@ pub fn energy(query: &Query, energy: &Energy, format: Format) -> String {
         Format::Json | Format::Jsonl => {
             let lobes: Map<_, _> =
                 lines.iter().map(|(key, a, b)| ((*key).to_owned(), json!({"closed_form": a, "integral": b}))).collect();
-            let mut object = Map::from_iter([("theta_o".to_owned(), json!(query.theta_o))]);
-            object.extend(query.offsets.columns().into_iter().map(|(name, value)| (name.to_owned(), json!(value))));
+            let mut object = place(query);
             object.insert("lobes".to_owned(), lobes.into());
             format!("{}\n", Value::Object(object))
         }

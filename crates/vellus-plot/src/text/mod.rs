@@ -6,7 +6,7 @@ mod fiber;
 mod medulla;
 mod reference;
 
-pub use energy::{Energy, energy};
+pub use energy::{ChannelEnergy, Energy, channel_energies, energy};
 pub use eval::Answers;
 pub use fiber::{parameters, presets};
 pub use medulla::{profile_errors, table_errors, table_info};

@@ -444,7 +444,8 @@ class Profile:
     the same unit and broadcast like `values`. `blur`: full width of the cell over which each value is an average, in
     [0, 30] degrees: one number for θ and φ, or two; 0 without it. `quantity`: `f-cos` if values are proportional to
     f·cos θ, or `f`. `channels`: 1 or 3; without it, 3 if the last axis of `values` has 3 numbers that `theta` and `phi`
-    lack.
+    lack. `channel`: the name of the channel, such as a wavelength, if grey values are one of several channels of a
+    measurement. A fit then gives each its own absorption.
 
     Raises `ValueError` for an angle or value out of range.
     """
@@ -459,6 +460,7 @@ class Profile:
         blur: _Reals | None = None,
         quantity: Literal["f-cos", "f"] | None = None,
         channels: Literal[1, 3] | None = None,
+        channel: str = "",
     ) -> Profile: ...
     @staticmethod
     def read(
@@ -479,6 +481,20 @@ class Profile:
 
         Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` that names
         the file, the line and the problem.
+        """
+    @staticmethod
+    def read_channels(
+        path: _Path,
+        *,
+        theta_o: SupportsFloat | None = None,
+        angles: Literal["fiber", "gantry"] | None = None,
+        quantity: Literal["f-cos", "f"] | None = None,
+        blur: _Reals | None = None,
+    ) -> list[Profile]:
+        """Reads the profiles of all channels of the CSV file `path`: a list with a grey `Profile` for each column
+        `value_NAME`. `fit` takes the list. Arguments are those of `read`.
+
+        Raises what `read` raises.
         """
     @staticmethod
     def measure(
@@ -521,6 +537,9 @@ class Profile:
     @property
     def channels(self) -> int:
         """Number of channels: 1 or 3."""
+    @property
+    def channel(self) -> str:
+        """The name of the channel of grey values that are one of several channels, or an empty text."""
     @property
     def theta(self) -> NDArray[np.float64]:
         """θ of each value, degrees: float64 of shape (N,)."""
@@ -763,13 +782,14 @@ def fit(
     """Fits the parameters of a model to one profile or more, with standard errors and intervals.
 
     `profile`: a `Profile`, or several of the same fibre, which are fitted together. Each then has its own scale, θ_o
-    and background. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different
-    fibres, at least 1. `seed`: of these fibres. `huber`: residuals above this many times the noise count for less, at
-    least 1. `exit`: `open` or `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one
-    value for each channel, angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are
-    usually fixed: `theta_o` and `background`. `separate`: names of parameters of the fibre that each profile has for
-    itself, such as `sigma_ca` at several wavelengths. `share`: names of `scale`, `theta_o` and `background` that all
-    profiles have in common. `progress(done, what)` gets reports, `done` in [0, 1].
+    and background. Channels of a measurement (`Profile.channel`) share these, and each has its own absorption. `model`:
+    `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different fibres, at least 1. `seed`:
+    of these fibres. `huber`: residuals above this many times the noise count for less, at least 1. `exit`: `open` or
+    `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one value for each channel,
+    angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are usually fixed: `theta_o`
+    and `background`. `separate`: names of parameters of the fibre that each profile has for itself, such as `sigma_ca`
+    at several wavelengths. `share`: names of `scale`, `theta_o` and `background` that all profiles have in common.
+    `progress(done, what)` gets reports, `done` in [0, 1].
 
     Raises `ValueError` for an argument out of range, or a profile that cannot be fitted. Ctrl-C ends the fit.
     """
