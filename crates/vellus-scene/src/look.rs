@@ -62,6 +62,9 @@ impl Look {
     pub fn validate(&self, textures: usize) -> Result<(), Error> {
         self.fiber.validate().map_err(|what| Error::Fiber { place: self.name.clone(), what })?;
         for (parameter, value) in &self.textured {
+            if !parameter.varies() {
+                return Err(invalid(&self.name, format!("{parameter} is one for all strands: it has no texture")));
+            }
             if value.texture >= textures {
                 let what = format!("{parameter} has the texture {}, but the scene has {textures}", value.texture);
                 return Err(invalid(&self.name, what));

@@ -18,7 +18,7 @@
 /** The groups after the colour, by the keys of the parameters. Parameters that no group names come last. */
 const PANEL_GROUPS = [
   ["Gloss", ["beta_m", "beta_n", "wet"]],
-  ["Cuticle", ["eta", "layers", "alpha"]],
+  ["Cuticle", ["eta", "layers", "alpha", "aspect_ratio"]],
   ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment", "exit"]],
   ["Cortex", ["sigma_ca"]],
 ];

@@ -80,6 +80,8 @@ public:
             }
             for (const char *pigment : { "eumelanin", "pheomelanin" })
                 set_numbers(props, pigment, parameters);
+            if (parameters.aspect_ratio != 1)
+                Throw("vellus: aspect_ratio = %f must be 1: curves of Mitsuba are round", parameters.aspect_ratio);
             check(vellus_fiber_from_parameters(&parameters, &fiber));
         }
         m_fiber.reset(fiber);

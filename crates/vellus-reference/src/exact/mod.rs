@@ -20,6 +20,7 @@
 //! ```
 
 mod exit;
+mod flat;
 mod formulas;
 mod grid_of_azimuths;
 pub(crate) mod hit;
@@ -53,6 +54,8 @@ pub struct Exact<'t> {
     pub(crate) sigma_ma: [f64; 3],
     pub(crate) g: f64,
     pub(crate) layers: f64,
+    /// The shorter axis of the section over the longer one. Only [`Exact::at_flat`] uses it.
+    pub(crate) aspect_ratio: f64,
     /// D17. `None` if all scattered light leaves.
     pub(crate) exit: Option<ExactExit>,
 }
@@ -80,6 +83,7 @@ impl<'t> Exact<'t> {
             sigma_ma: rgb(fiber.sigma_ma),
             g: fiber.g.into(),
             layers: fiber.layers.into(),
+            aspect_ratio: fiber.aspect_ratio.into(),
             exit: ExactExit::new(fiber)?,
         })
     }
@@ -109,8 +113,13 @@ impl<'t> Exact<'t> {
 
     /// C^N of the path at `h`.
     pub(crate) fn azimuthal_profile(&self, theta_o: f64, h: f64) -> Profile {
+        self.profile_of_offset(theta_o, self.medulla_offset(theta_o, h).abs())
+    }
+
+    /// C^N of a path of offset |h″|.
+    fn profile_of_offset(&self, theta_o: f64, offset: f64) -> Profile {
         let tau = self.sigma_ms * self.kappa * self.elongation(theta_o);
-        Profile::azimuthal(self.tables, tau, self.g, self.medulla_offset(theta_o, h).abs())
+        Profile::azimuthal(self.tables, tau, self.g, offset)
     }
 
     /// Standard deviation of the azimuth of R, TT, TRT.
@@ -121,9 +130,13 @@ impl<'t> Exact<'t> {
     /// The share of scattered light that leaves, and the fraction of it that leaves when it first meets the cuticle,
     /// RGB. `entry` is the light that enters the medulla. `None` if the exit is open.
     pub(crate) fn escape(&self, theta_o: f64, h: f64, entry: [f64; 3]) -> Option<[[f64; 3]; 2]> {
+        self.escape_of_offset(theta_o, self.medulla_offset(theta_o, h), entry)
+    }
+
+    fn escape_of_offset(&self, theta_o: f64, offset: f64, entry: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let exit = self.exit.as_ref()?;
         let theta_t = (theta_o.sin() / self.eta).asin();
-        let [escape, first] = exit.escape(self.medulla_offset(theta_o, h), theta_t);
+        let [escape, first] = exit.escape(offset, theta_t);
         // In each part, no channel has more light than the same share of the channel with the most light in all.
         let light = [0, 1, 2].map(|c| escape[c] * entry[c]);
         let most = light.into_iter().fold(0.0, f64::max);

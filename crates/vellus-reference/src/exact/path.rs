@@ -1,5 +1,6 @@
 //! One path through the fibre: its angles, lengths and attenuations (Yan17 Table 3).
 
+use super::flat::Flat;
 use super::formulas::{fresnel, wrap, wrapped_gaussian};
 use super::{Exact, ExactExit, mean_path};
 use std::f64::consts::PI;
@@ -19,6 +20,8 @@ pub struct ExactPath<'e, 't> {
     pub(crate) attenuation: [[f64; 3]; 6],
     /// The part of the last lobe that is scattered light which the cuticle reflected, RGB (D17).
     pub(crate) diffuse: [f64; 3],
+    /// `None` for a circle. γ_o and γ_t are those of the first exit otherwise.
+    pub(super) flat: Option<Flat>,
 }
 
 impl<'t> Exact<'t> {
@@ -65,7 +68,7 @@ impl<'t> Exact<'t> {
                 attenuation[5][c] += (tts + trts) * (1.0 - first);
             }
         }
-        ExactPath { exact: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation, diffuse }
+        ExactPath { exact: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation, diffuse, flat: None }
     }
 }
 
@@ -85,11 +88,17 @@ impl ExactPath<'_, '_> {
 
     /// Φₚ, the exit azimuth of R, TT, TRT (p = 0, 1, 2), not wrapped.
     pub(crate) fn exit(&self, p: usize) -> f64 {
+        if let Some(flat) = &self.flat {
+            return flat.exits[p];
+        }
         2.0 * p as f64 * self.gamma_t - 2.0 * self.gamma_o + p as f64 * PI
     }
 
     /// Φˢₚ, the azimuth opposite to the direction of the light in its p-th pass (p = 1, 2).
     fn scattered_exit(&self, p: usize) -> f64 {
+        if let Some(flat) = &self.flat {
+            return flat.exits[2 + p];
+        }
         (self.gamma_t - self.gamma_o) + (p as f64 - 1.0) * (PI + 2.0 * self.gamma_t)
     }
 
@@ -102,13 +111,13 @@ impl ExactPath<'_, '_> {
     /// The azimuth from straight back in the frame of the tables, in [−π, π], mirrored where h″ < 0, and its derivative
     /// over φ; p = 1, 2.
     pub(crate) fn relative(&self, p: usize, phi: f64) -> (f64, f64) {
-        let mirror = if self.gamma_t < 0.0 { -1.0 } else { 1.0 };
+        let mirror = if self.medulla_offset() < 0.0 { -1.0 } else { 1.0 };
         let outside = mirror * (phi - self.scattered_exit(p));
         let Some(turning) = self.exact.exit.as_ref().map(ExactExit::turning) else { return (wrap(outside), 1.0) };
         // D19: e^(iψ) = (w + a)/(1 + ā w) with w = e^(i(φ − α)).
         let h = self.medulla_offset().abs();
         let straight =
-            turning.straight * self.theta_o.cos() * ((self.gamma_o - self.gamma_t).abs() - h * turning.slope);
+            turning.straight * self.theta_o.cos() * (mirror * (self.gamma_o - self.gamma_t) - h * turning.slope);
         let [constant, cosine, sine] = turning.parts;
         let limit = |x: f64| x.clamp(-f64::from(MOST_TURN), f64::from(MOST_TURN));
         let [re, im] = [limit(0.5 * (1.0 - h * h) * sine), limit(-0.5 * (h * cosine + straight))];
@@ -120,6 +129,9 @@ impl ExactPath<'_, '_> {
 
     /// h″ with its sign.
     fn medulla_offset(&self) -> f64 {
+        if let Some(flat) = &self.flat {
+            return flat.offset;
+        }
         (self.gamma_t.sin() / self.exact.kappa).clamp(-1.0, 1.0)
     }
 

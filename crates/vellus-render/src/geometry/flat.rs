@@ -75,3 +75,78 @@ fn any_direction(strand: usize) -> Vec3 {
     let r = (1.0 - z * z).max(0.0).sqrt();
     Vec3::new(r * cos, r * sin, z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::curves::Curves;
+    use glam::Vec4;
+    use vellus_scene::Basis;
+
+    const RADIUS: f32 = 0.1;
+    const RATIO: f32 = 0.5;
+
+    /// A strand along x, whose shorter axis is z.
+    fn strand(basis: Basis) -> Curves {
+        let points: Vec<Vec4> = (0..4).map(|i| Vec4::new(i as f32 - 1.5, 0.0, 0.0, RADIUS)).collect();
+        let normals = Some(vec![Vec3::new(0.3, 0.0, 2.0); points.len()]);
+        let name = "flat".to_owned();
+        let starts = vec![0, 4];
+        let (moved, root_uv, varying) = (None, None, Vec::new());
+        let mut curves =
+            Curves::new(vec![Strands { name, basis, starts, points, moved, normals, root_uv, look: 0, varying }]);
+        curves.set_aspect_ratios(&|_| RATIO);
+        curves
+    }
+
+    /// Rays from all sides hit it where they would hit the elliptical cylinder, at the offset at which they pass its
+    /// axis. They start outside, and between the ellipse and the round strand.
+    #[test]
+    fn a_strand_is_as_wide_as_its_projection() {
+        for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom] {
+            let curves = strand(basis);
+            let (mut hits, mut misses) = (0, 0);
+            for i in 0..400 {
+                let (sin, cos) = (0.37 * i as f32).sin_cos();
+                let along = 0.6 * (1.3 * i as f32).sin();
+                let direction = Vec3::new(along, -cos, -sin).normalize();
+                let offset = RADIUS * 1.1 * (2.1 * i as f32).sin();
+                // The offset is positive on the side of ω_o × tangent.
+                let aside = (-direction).cross(Vec3::X).normalize() * offset;
+                let half = RADIUS * (sin * sin + (RATIO * cos).powi(2)).sqrt();
+                // 1 % of the edge is left out for rounding.
+                if (offset.abs() / half - 1.0).abs() < 0.01 {
+                    continue;
+                }
+                let far = Ray::new(aside - 2.0 * direction, direction);
+                let (hit, is_hit) = (curves.intersect(&far), offset.abs() < half);
+                assert_eq!((hit.is_some(), curves.occluded(&far)), (is_hit, is_hit), "{basis:?} {i} {offset} {half}");
+                let Some(hit) = hit else {
+                    misses += 1;
+                    continue;
+                };
+                hits += 1;
+                let (frame, point) = (hit.frame(), far.at(hit.entry.t));
+                let on = Vec2::new(point.y, point.z) / (RADIUS * Vec2::new(1.0, RATIO));
+                assert!((on.length() - 1.0).abs() < 1e-3, "{basis:?} {i}: {point}");
+                assert!((frame.half_width(-direction) - half).abs() < 1e-6);
+                let h = frame.offset(point, -direction);
+                assert!((h - offset / half).abs() < 1e-3, "{basis:?} {i}: {h} {offset} {half}");
+                // From a point just before the hit, which the round strand may contain.
+                let near = Ray::new(far.at(hit.entry.t - 0.02 * RADIUS), direction);
+                let again = curves.intersect(&near).map(|hit| hit.entry.t);
+                assert!(again.is_some_and(|t| (t - 0.02 * RADIUS).abs() < 2e-3 * RADIUS), "{basis:?} {i}: {again:?}");
+                // A ray that leaves does not hit it again.
+                let leaves = Ray::new(frame.beside(-direction, 1.001), -direction);
+                assert!(curves.intersect(&leaves).is_none() && !curves.occluded(&leaves), "{basis:?} {i}");
+            }
+            assert!(hits > 150 && misses > 50, "{hits} {misses}");
+        }
+    }
+
+    #[test]
+    fn directions_of_strands_are_spread_evenly() {
+        let mean = (0..1000).map(any_direction).sum::<Vec3>() / 1000.0;
+        assert!(mean.length() < 0.01 && (any_direction(7).length() - 1.0).abs() < 1e-6, "{mean}");
+    }
+}

@@ -98,20 +98,21 @@ fn clamped_light_is_reported() {
     }
 }
 
-/// A white furnace: white fibres in white light are invisible, for one fibre and for a clump of a thousand.
+/// A white furnace: white fibres in white light are invisible, for one fibre, for a clump of a thousand, and for
+/// flat ones.
 #[test]
-#[ignore = "test: six pictures of 1,024 pixels with 256 samples"]
+#[ignore = "test: nine pictures of 1,024 pixels with 256 samples"]
 fn furnace_is_white() {
     let white = Fiber { kappa: 0.86, sigma_ms: 4.0, ..fiber() }.without_absorption();
-    for (count, radius) in [(1, 0.1), (1000, 0.004)] {
-        let world = World::new(clump(count, radius, white)).unwrap();
+    for (count, radius, aspect_ratio) in [(1, 0.1, 1.0), (1000, 0.004, 1.0), (1000, 0.006, 0.5)] {
+        let world = World::new(clump(count, radius, Fiber { aspect_ratio, ..white })).unwrap();
         for mode in [Mode::MultiScale, Mode::Near, Mode::Far] {
             let film = render(&world, &settings(32, mode), 256);
             let all = mean(&film, Layer::Beauty, 0);
             let covered = mean(&film, Layer::Alpha, 0);
             let pixels = (0..32 * 32).map(|i| film.error(i % 32, i / 32).powi(2)).sum::<f64>();
             let error = pixels.sqrt() / (32.0 * 32.0);
-            println!("{count} strands, {mode:?}: {all} ± {error}, {covered} covered");
+            println!("{count} strands of {aspect_ratio}, {mode:?}: {all} ± {error}, {covered} covered");
             assert!(covered > 0.05);
             assert!((all - 1.0).abs() < 0.005 * covered.max(0.2), "{count} strands, {mode:?}: {all}");
         }
@@ -345,10 +346,16 @@ fn crops_are_cut_from_the_whole() {
     }
 }
 
-/// If a pixel covers many fibres, all three modes agree.
+/// If a pixel covers many fibres, all three modes agree. Flat strands have directions of their own.
 #[test]
 fn modes_agree_from_afar() {
-    let world = World::new(clump(400, 0.004, fiber())).unwrap();
+    for aspect_ratio in [1.0, 0.5] {
+        modes_agree(Fiber { aspect_ratio, ..fiber() });
+    }
+}
+
+fn modes_agree(fiber: Fiber) {
+    let world = World::new(clump(400, 0.004, fiber)).unwrap();
     let film = |mode| render(&world, &settings(8, mode), 4096);
     let [multi, near, far] = [Mode::MultiScale, Mode::Near, Mode::Far].map(film);
     let error = |a: &Film, b: &Film| {
@@ -360,7 +367,7 @@ fn modes_agree_from_afar() {
         let (a, b, e) = (brightness(other), brightness(&near), error(other, &near));
         println!("{name}: {a} near {b} ± {e}");
         // The far field is not exact for fibres behind other fibres: which offsets h are hidden is not uniform.
-        assert!((a - b).abs() < max_abs_z(2, 0.001) * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
+        assert!((a - b).abs() < max_abs_z(4, 0.001) * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
     }
 }
 

@@ -134,6 +134,9 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<Shaded, E
         }
         match source {
             Input::Unset | Input::Value(_) => {}
+            Input::Shader(_) if !parameter.varies() => {
+                reader.warnings.add(prim, format!("{name} is one number for all strands: its connection is ignored"));
+            }
             Input::Shader(source) if source.id == "UsdUVTexture" => {
                 let is_color = matches!(parameter, Parameter::Reflectance | Parameter::HairReflectance);
                 let Some((texture, scale)) = uv_texture(reader, &source, parameter.channels() == 1, is_color)? else {

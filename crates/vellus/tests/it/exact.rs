@@ -92,6 +92,69 @@ fn reflecting_exits_match_f64_oracle() {
     check_against_oracle(ScatterExit::Reflecting, &Tolerance { relative: 0.0, absolute: 0.01 }, &mut Uniform(4));
 }
 
+/// Fibres whose section is an ellipse (D23). At the angle of total reflection, the cosine outside is the root of a
+/// difference, so that it is off by up to √(6e-7) = 8e-4. Transmittance and azimuth of TT and TRT are then off by a few
+/// times as much. Such exits are left out: their light leaves within 2.6° of the surface.
+#[test]
+fn flat_fibres_match_f64_oracle() {
+    let mut random = Uniform(48);
+    let (mut compared, mut grazing) = (0, 0);
+    for k in 0..300 {
+        let exit = ScatterExit::ALL[k % 2];
+        let aspect_ratio = random.within(0.4, 1.0) as f32;
+        let fiber = Fiber { aspect_ratio, ..random.fiber() }.with_exit(exit);
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let oracle = Exact::new(&fiber, table_data()).unwrap();
+        for _ in 0..4 {
+            let wo = direction(random.within(-1.4, 1.4), random.within(-3.1, 3.1));
+            let h = random.within(-0.99, 0.99) as f32;
+            let (hit, exact) = (bcsdf.at(wo, Window::near(h)), oracle.at_flat(angles(wo), h.into()));
+            let (energy, exact_energy) = (hit.energy(), exact.energy());
+            if exact.grazes(0.045) {
+                grazing += 1;
+                continue;
+            }
+            compared += 1;
+            for p in 0..6 {
+                for c in 0..3 {
+                    let error = (f64::from(energy.0[p][c]) - exact_energy[p][c]).abs();
+                    // As in the tests of round fibres, which state why, and rounding at the crossings.
+                    let allowed = if exit == ScatterExit::Open || p < 3 { 3e-5 } else { 0.01 };
+                    assert!(
+                        error < 1e-4 * exact_energy[p][c] + allowed,
+                        "{} of {fiber:?} at {wo} h {h}: {energy:?} {exact_energy:?}",
+                        Lobe::ALL[p].key()
+                    );
+                }
+            }
+            for k in 0..30 {
+                let wi = random.outgoing(&hit, k);
+                let [theta_i, phi_i] = angles(wi);
+                let expected = exact.eval(theta_i, phi_i - angles(wo)[1]);
+                for (p, value) in hit.eval(wi).0.iter().enumerate() {
+                    for c in 0..3 {
+                        let is_scattered = exit == ScatterExit::Reflecting && (p == 3 || p == 4);
+                        let share = match is_scattered && exact_energy[p][c] > 1e-9 {
+                            true => f64::from(energy.0[p][c]) / exact_energy[p][c],
+                            false => 1.0,
+                        };
+                        let expected = expected[p][c] * share;
+                        let diffuse = if p == 5 { 0.01 * theta_i.cos() / (PI * PI) } else { 0.0 };
+                        assert!(
+                            (f64::from(value[c]) - expected).abs() <= 5.0 * RELATIVE * expected + FLOOR + diffuse,
+                            "{} of {fiber:?}\nω_o {wo} h {h} ω_i {wi}: {} {expected}",
+                            Lobe::ALL[p].key(),
+                            value[c],
+                        );
+                    }
+                }
+            }
+        }
+    }
+    println!("{compared} hits compared, {grazing} left out");
+    assert!(compared > 3 * grazing);
+}
+
 #[test]
 fn eight_hits_at_once_match_single_hits() {
     let mut random = Uniform(2);

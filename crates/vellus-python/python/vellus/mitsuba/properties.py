@@ -52,9 +52,12 @@ def color(name, value):
 def fiber(preset, parameters):
     """`vellus.Fiber` with errors that name the plugin."""
     try:
-        return vellus.Fiber(preset, **parameters) if preset else vellus.Fiber(**parameters)
+        found = vellus.Fiber(preset, **parameters) if preset else vellus.Fiber(**parameters)
     except (TypeError, ValueError) as error:
         raise ValueError(f"vellus: {error}") from None
+    if found.aspect_ratio != 1:
+        raise ValueError(f"vellus: aspect_ratio = {found.aspect_ratio} must be 1: curves of Mitsuba are round")
+    return found
 
 
 def needs_arrays(what):

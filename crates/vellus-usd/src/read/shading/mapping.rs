@@ -60,7 +60,7 @@ impl<'r, 'a> Mapping<'r, 'a> {
     /// Begins with the parameters of hair, and with the choices of the shader's inputs.
     pub fn begin_with_defaults(&mut self) -> Result<(), Error> {
         self.builder = FiberBuilder::new(Fiber::hair());
-        for parameter in Parameter::ALL.into_iter().filter(|parameter| !parameter.varies()) {
+        for parameter in Parameter::ALL.into_iter().filter(|parameter| !parameter.choices().is_empty()) {
             let name = format!("inputs:{parameter}");
             if let Input::Value(at) = input(self.reader.stage, &self.shader.prim, &name)? {
                 let word = self.reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
@@ -77,6 +77,11 @@ impl<'r, 'a> Mapping<'r, 'a> {
             Value::Constant(value) => {
                 let value = value.map(|x| self.held(parameter, x as f32, from));
                 self.builder.set_value(parameter, value);
+            }
+            Value::Image(_) if !parameter.varies() => {
+                let what = format!("{parameter} is one number for all strands: its image is ignored");
+                self.reader.warnings.add(&self.shader.prim, what);
+                return;
             }
             Value::Image(mut texture) => {
                 let (range, unit) = (parameter.range(), parameter.unit());

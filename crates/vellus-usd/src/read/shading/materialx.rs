@@ -38,7 +38,7 @@ pub(super) fn own(mapping: &mut Mapping) -> Result<(), Error> {
     // Colours come last.
     for parameter in Parameter::ALL.into_iter().rev() {
         let name = parameter.name();
-        if !parameter.varies() || !mapping.has(name)? || (parameter == Parameter::SigmaCa && is_colored) {
+        if !parameter.choices().is_empty() || !mapping.has(name)? || (parameter == Parameter::SigmaCa && is_colored) {
             mapping.known(&[name]);
             continue;
         }
