@@ -369,7 +369,7 @@ mod tests {
             // Exact in single precision, also beyond the ends.
             moved: Some(points.iter().map(|p| p.truncate() + Vec3::new(0.5, 0.0, 0.0)).collect()),
             points,
-            normals: None,
+            normals: Some(vec![Vec3::Z; total]),
             root_uv: Some((0..counts.len()).map(|i| Vec2::new(0.1 * i as f32, 0.7)).collect()),
             look: 0,
             varying: vec![
@@ -422,6 +422,7 @@ mod tests {
             assert_eq!((first.name.as_str(), second.name.as_str()), ("/fox/coat", "/fox/coat_2"));
             assert_eq!((first.basis, &first.starts, &first.points), (basis, &strands.starts, &strands.points));
             assert_eq!((&first.moved, &first.root_uv), (&strands.moved, &strands.root_uv));
+            assert_eq!(first.normals, strands.normals, "{basis:?}");
             for ((parameter, a), (expected, b)) in first.varying.iter().zip(&strands.varying) {
                 let flat = |values: &scene::Values<[f32; 3]>| match values {
                     scene::Values::Constant(value) => vec![*value],

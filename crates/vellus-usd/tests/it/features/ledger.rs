@@ -5,7 +5,6 @@ use super::{FOUR, said, scene};
 #[test]
 fn properties_that_nobody_reads_are_named() {
     for (prim, name) in [
-        (format!("def BasisCurves \"c\" {{ {FOUR} normal3f[] normals = [(0,0,1)] }}"), "normals"),
         (format!("def BasisCurves \"c\" {{ {FOUR} uniform token model:drawMode = \"bounds\" }}"), "model:drawMode"),
         (format!("def BasisCurves \"c\" {{ {FOUR} rel material:binding:render = </m> }}"), "material:binding:render"),
         (format!("def BasisCurves \"c\" {{ {FOUR} float newThing = 1 }}"), "newThing"),
