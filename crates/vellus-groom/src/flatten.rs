@@ -5,8 +5,8 @@ use vellus_scene::{Basis, Strands, Values};
 
 /// Converts strands to [`Basis::Linear`]. Each curve segment becomes `steps` ≥ 1 straight segments.
 ///
-/// Motion, normals and values per point are lost, because the points change. Strands that are linear already are returned
-/// unchanged.
+/// Motion, normals and values per point are lost, because the points change. Strands that are linear already are
+/// returned unchanged.
 pub fn flatten(strands: &Strands, steps: usize) -> Strands {
     if strands.basis == Basis::Linear {
         return strands.clone();

@@ -63,8 +63,8 @@ pub struct Strands {
     /// The control points when the shutter closes, as many as `points`. `None` if they do not move.
     pub moved: Option<Vec<Vec3>>,
     /// The direction of the shorter axis of the section at each point, for fibres that are not round
-    /// ([`vellus::Fiber::aspect_ratio`]): the normal of a ribbon. The part along the tangent does not count. `None`: each
-    /// strand has a direction of its own.
+    /// ([`vellus::Fiber::aspect_ratio`]): the normal of a ribbon. The part along the tangent does not count. `None`:
+    /// each strand has a direction of its own.
     pub normals: Option<Vec<Vec3>>,
     /// Texture coordinates of the roots, one for each strand.
     pub root_uv: Option<Vec<Vec2>>,

@@ -50,8 +50,8 @@ impl Deref for Owned {
 }
 
 impl<'t> Prepared<'t> {
-    /// The path of light that hits at the offset h, from the inclination with this sine and cosine, and from the azimuth
-    /// with the cosine and the sine `toward`.
+    /// The path of light that hits at the offset h, from the inclination with this sine and cosine, and from the
+    /// azimuth with the cosine and the sine `toward`.
     #[inline(always)]
     pub fn path<V: Lanes>(&self, inclination: [V; 2], toward: [V; 2], h: V) -> Path<V> {
         match &self.section {

@@ -10,7 +10,7 @@ pub(crate) struct Flat {
     pub exits: [f64; 5],
     /// h″ with its sign.
     pub offset: f64,
-    /// The squares of the cosines of the angles to the normal at which TT and TRT leave. Below 0 under total reflection.
+    /// The squares of the cosines of the angles to the normal at which TT and TRT leave. Below 0: total reflection.
     pub squares: [f64; 2],
 }
 
@@ -94,7 +94,7 @@ impl<'t> Exact<'t> {
         let entry = [start[0] - near * cos, start[1] - near * sin];
         let normal = o.normal(entry);
         let azimuth = |v: [f64; 2]| v[1].atan2(v[0]) - phi_o;
-        // The direction after a crossing with a ratio of indices, and the square of the cosine of its angle to the normal.
+        // The direction after a crossing with a ratio of indices, and cos² of its angle to the normal.
         let refract = |d: [f64; 2], n: [f64; 2], ratio: f64| {
             let along = dot(d, n);
             let aside = [d[0] - along * n[0], d[1] - along * n[1]].map(|x| ratio * x);

@@ -90,8 +90,8 @@ pub fn azimuths(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS],
 /// The light that leaves a fibre, over the azimuth φ − φ_o: [`BINS`] bins from 0 to 2π, RGB, as fractions of the light
 /// that hits it. The cuticle is smooth.
 ///
-/// The light arrives at the inclination `theta_o` and the azimuth `phi_o` (radians, |θ_o| < 90°) from the longer axis of
-/// the section. The result depends on the seed, but not on the number of threads.
+/// The light arrives at the inclination `theta_o` and the azimuth `phi_o` (radians, |θ_o| < 90°) from the longer axis
+/// of the section. The result depends on the seed, but not on the number of threads.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o` or an offset is out of range.

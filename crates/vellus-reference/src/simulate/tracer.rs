@@ -1,8 +1,9 @@
 //! Traces photons through a whole fibre, in three dimensions and f64.
 //!
-//! The fibre is a dielectric cylinder, whose section is a circle of radius 1 or an ellipse of the same area, with `layers` cuticle layers, an absorbing cortex and a concentric
-//! medulla that scatters (Henyey–Greenstein) and absorbs. Total internal reflection is included, at any inclination.
-//! Apart from the reflectance of the cuticle, no closed form of the model is used.
+//! The fibre is a dielectric cylinder, whose section is a circle of radius 1 or an ellipse of the same area, with
+//! `layers` cuticle layers, an absorbing cortex and a concentric medulla of the same shape that scatters
+//! (Henyey–Greenstein) and absorbs. Total internal reflection is included, at any inclination. Apart from the
+//! reflectance of the cuticle, no closed form of the model is used.
 //!
 //! R, TT and TRT carry the same energy in the model. Scattered light does not: the model lets it leave the fibre
 //! without reflection, while here most of it is totally reflected inside many times.

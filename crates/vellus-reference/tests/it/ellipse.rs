@@ -38,8 +38,9 @@ fn smooth(fiber: Fiber) -> Fiber {
     Fiber { alpha: 0.0, beta_m: 1f32.to_radians(), beta_n: 1f32.to_radians(), ..fiber }
 }
 
-/// Of sections of 1.5 : 1, at 0° and 60°, from three sides: the light in bins of 15° beside that of the tracer. "Before"
-/// is the model of a round fibre. The noise of the tracer adds about 1.5 % to the distances with 30,000 photons.
+/// Of sections of 1.5 : 1, at 0° and 60°, from three sides: the light in bins of 15° beside that of the tracer.
+/// "Before" is the model of a round fibre. The noise of the tracer adds about 1.5 % to the distances with 30,000
+/// photons.
 #[test]
 fn flat_fibres_match_the_tracer() {
     let photons = effort(30_000, 1_000_000);

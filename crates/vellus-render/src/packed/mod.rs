@@ -108,7 +108,8 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, fibres that are not round, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, fibres that are not round, a radiance cache, and hierarchies that need a
+    /// larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {

@@ -173,8 +173,8 @@ impl Ellipse {
         }
     }
 
-    /// The offset h ≥ 0 beyond which light of one direction misses the medulla in its first pass. It is above 1 if there is
-    /// no such offset, and `None` if all offsets ≥ 0 miss it.
+    /// The offset h ≥ 0 beyond which light of one direction misses the medulla in its first pass. It is above 1 if
+    /// there is no such offset, and `None` if all offsets ≥ 0 miss it.
     pub fn edge(&self, fiber: &Fiber, inclination: [f32; 2], toward: [f32; 2]) -> Option<f32> {
         let (mut low, mut width) = (0.0, 1.0);
         // The offset on the circle grows with h. Each step divides the range by seven.

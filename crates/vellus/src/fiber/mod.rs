@@ -63,9 +63,9 @@ pub struct Fiber {
     pub layers: f32,
     /// The share of water in what surrounds the fibre, in [0, 1]: [`Fiber::in_air`]. Colours are those of dry fur.
     pub wet: f32,
-    /// The shorter axis of the section over the longer one, in [0.4, 1]. 1 is a circle. The longer axis of an ellipse is
-    /// y of the fibre's frame, and absorption is per radius of the circle of the same area. Colours are those of round
-    /// fibres.
+    /// The shorter axis of the section over the longer one, in [0.4, 1]. 1 is a circle. The longer axis of an ellipse
+    /// is y of the fibre's frame, and absorption is per radius of the circle of the same area. Colours are those of
+    /// round fibres.
     pub aspect_ratio: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: ScatterExit,
