@@ -176,11 +176,13 @@ def measurements():
     kinds = {"theta": "angles", "phi": "angles", "values": "measured", "theta_o": "right angle"}
     # Its angles may have any shape.
     kinds = {**kinds, "theta": "azimuth", "phi": "azimuth", "quantity": "choice", "channels": "channels"}
-    kinds |= {"sigma": "deviations", "blur": "widths"}
+    kinds |= {"sigma": "deviations", "blur": "widths", "channel": "callback"}
     yield "Profile", vellus.Profile, MEASURED, kinds
     kinds = {"path": "path", "theta_o": "callback", "angles": "choice", "quantity": "choice"}
     kinds |= {"theta": "callback", "phi": "callback", "blur": "unchecked widths"}
     yield "Profile.read", vellus.Profile.read, {"path": "nowhere.csv"}, kinds
+    kinds = {name: kind for name, kind in kinds.items() if name not in ("theta", "phi")}
+    yield "Profile.read_channels", vellus.Profile.read_channels, {"path": "nowhere.csv"}, kinds
     kinds = {"fiber": "fiber", "theta_o": "right angle", "theta": "axis", "phi": "axis", "step": "steps"}
     kinds |= {"noise": "share", "gaps": "share", "scale": "positive", "channels": "channels", "seed": "seed"}
     kinds |= {"background": "not negative", "blur": "widths"}

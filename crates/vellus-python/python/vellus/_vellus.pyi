@@ -492,7 +492,7 @@ class Profile:
         blur: _Reals | None = None,
     ) -> list[Profile]:
         """Reads the profiles of all channels of the CSV file `path`: a list with a grey `Profile` for each column
-        `value_NAME`. `fit` takes the list. Arguments are those of `read`.
+        `value_NAME`. `fit` takes the list. Arguments as for `read`.
 
         Raises what `read` raises.
         """
