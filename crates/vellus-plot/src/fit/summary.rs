@@ -438,7 +438,8 @@ impl Summary<'_> {
         };
         let profile = |(Measured { path, profile }, part): (&Measured, &Part)| {
             json!({"file": path, "points": profile.points.len(), "missing": profile.missing.len(),
-                "channels": profile.channels, "channel": profile.channel, "quantity": profile.quantity.name(), "blur": profile.blur,
+                "channels": profile.channels, "channel": profile.channel,
+                "quantity": profile.quantity.name(), "blur": profile.blur,
                 "range": profile.range(), "nrmse": part.nrmse, "log_nrmse": part.log_nrmse})
         };
         let profiles: Vec<Value> = self.measured.iter().zip(&fit.parts).map(profile).collect();

@@ -78,12 +78,7 @@ pub fn channel_energies(query: &Query, channels: &[ChannelEnergy], format: Forma
                 row(c.absorption.channel.clone(), numbers(&c.absorption).into_iter().chain(values))
             };
             let rows: Vec<Vec<String>> = std::iter::once(head).chain(channels.iter().map(line)).collect();
-            format!(
-                "θ_o {}°, {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
-                query.theta_o,
-                query.offsets,
-                align(&rows)
-            )
+            titled(query, &rows)
         }
         Format::Csv => {
             let columns = |what: &str| keys.iter().map(|key| format!(",{what}.{key}")).collect::<String>();
@@ -109,6 +104,13 @@ pub fn channel_energies(query: &Query, channels: &[ChannelEnergy], format: Forma
     }
 }
 
+/// The rows of a table below its title.
+fn titled(query: &Query, rows: &[Vec<String>]) -> String {
+    let Query { theta_o, offsets, .. } = query;
+    let what = "energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)";
+    format!("θ_o {theta_o}°, {offsets}: {what}\n{}", align(rows))
+}
+
 /// The inclination and the offsets of a query.
 fn place(query: &Query) -> Map<String, Value> {
     let mut object = Map::from_iter([("theta_o".to_owned(), json!(query.theta_o))]);
@@ -128,12 +130,7 @@ pub fn energy(query: &Query, energy: &Energy, format: Format) -> String {
         Format::Table => {
             let mut rows = vec![header(["", "A red", "green", "blue", "∫ red", "green", "blue"])];
             rows.extend(lines.iter().map(|(key, a, b)| row(*key, a.iter().chain(b).copied())));
-            format!(
-                "θ_o {}°, {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
-                query.theta_o,
-                query.offsets,
-                align(&rows)
-            )
+            titled(query, &rows)
         }
         Format::Csv => {
             let mut text = "lobe,A.r,A.g,A.b,integral.r,integral.g,integral.b\n".to_owned();
