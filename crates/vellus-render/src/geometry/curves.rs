@@ -10,7 +10,6 @@ use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::{Entry, Segment};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
-use vellus::FiberFrame;
 use vellus_scene::{Basis, Strands};
 use wide::{f32x8, u32x8};
 
@@ -19,13 +18,13 @@ pub(crate) type Ends = [[f32x8; 3]; 2];
 
 /// Chords of up to eight segments.
 #[derive(Clone, Debug)]
-struct Block {
+pub(super) struct Block {
     /// When the shutter opens.
     ends: Ends,
     /// Two margins of each chord, and whether its ends have caps ([`pack`]).
-    margins: u32x8,
+    pub(super) margins: u32x8,
     /// The first control point of each segment, counted over all strands of the scene.
-    first: [u32; WIDTH],
+    pub(super) first: [u32; WIDTH],
 }
 
 /// Strands of hair and fur with a hierarchy over their segments. It finds where rays enter them.
@@ -34,16 +33,16 @@ struct Block {
 /// strand. Segments of the linear basis are round cones with balls at their ends.
 #[derive(Clone, Debug)]
 pub struct Curves {
-    strands: Vec<Strands>,
+    pub(super) strands: Vec<Strands>,
     /// The number of control points before each set of `strands`.
-    offsets: Vec<u32>,
-    blocks: Vec<Block>,
+    pub(super) offsets: Vec<u32>,
+    pub(super) blocks: Vec<Block>,
     /// The ends of the blocks' chords when the shutter closes, if anything moves.
     closed: Vec<Ends>,
     bvh: Bvh,
     segments: usize,
     /// The aspect ratio of the fibres of each set, if any is not round.
-    flat: Vec<f32>,
+    pub(super) flat: Vec<f32>,
 }
 
 /// The largest error of an entry, from Newton's method and rounding, in radii.
@@ -81,20 +80,6 @@ pub struct CurveHit {
     pub section: Option<Section>,
     /// Index of the instance, if the strand is part of one.
     pub instance: Option<u32>,
-}
-
-impl CurveHit {
-    /// The frame of the fibre.
-    pub(crate) fn frame(&self) -> FiberFrame {
-        let u = self.entry.u;
-        match &self.section {
-            Some(section) => section.frame(&self.segment, u),
-            None => {
-                let point = self.segment.at(u);
-                FiberFrame::new(self.segment.tangent(u), point.xyz(), point.w)
-            }
-        }
-    }
 }
 
 impl Curves {
@@ -163,7 +148,7 @@ impl Curves {
         Block { ends: self.ends(first, 0.0), margins: self.margins(first, moves), first: *first }
     }
 
-    fn margins(&self, first: &[u32; WIDTH], moves: bool) -> u32x8 {
+    pub(super) fn margins(&self, first: &[u32; WIDTH], moves: bool) -> u32x8 {
         u32x8::new(first.map(|first| {
             if first == NONE {
                 return 0;
@@ -206,43 +191,6 @@ impl Curves {
         segment.intersect_capped(ray, caps)
     }
 
-    /// The same for a segment that is not round. The ray may start inside the round one, so it is followed from before.
-    #[cold]
-    fn enter_flat(&self, first: u32, segment: &Segment, caps: [bool; 2], ray: &Ray) -> Option<Entry> {
-        let back = 4.0 * segment.largest_radius() + segment.deviation();
-        let longer = Ray { origin: ray.origin - back * ray.direction, t_max: ray.t_max + back, ..*ray };
-        let entry = segment.intersect_capped(&longer, caps)?;
-        let entry = Entry { t: entry.t - back, ..entry };
-        self.section(first, segment, entry.u)?.enter(segment, ray, entry)
-    }
-
-    /// The aspect ratio of the fibres of the segment that starts at a control point, unless they are round.
-    fn aspect_ratio(&self, first: u32) -> Option<f32> {
-        self.flat.get(self.points(first).0).copied().filter(|&ratio| ratio < 1.0)
-    }
-
-    /// The section at a parameter of the segment that starts at a control point, unless it is a circle.
-    fn section(&self, first: u32, segment: &Segment, u: f32) -> Option<Section> {
-        let aspect_ratio = self.aspect_ratio(first)?;
-        let set = self.points(first).0;
-        let (strands, point) = (&self.strands[set], first - self.offsets[set]);
-        let strand = strand_of(&strands.starts, point);
-        Some(Section::new(strands, strand, point as usize, segment, u, aspect_ratio))
-    }
-
-    /// Sets the aspect ratio of the fibres of each set from that of its look.
-    pub(crate) fn set_aspect_ratios(&mut self, of_look: &impl Fn(usize) -> f32) {
-        let flat: Vec<f32> = self.strands.iter().map(|set| of_look(set.look)).collect();
-        let flat = if flat.iter().any(|&ratio| ratio < 1.0) { flat } else { Vec::new() };
-        if flat == self.flat {
-            return;
-        }
-        self.flat = flat;
-        let mut blocks = std::mem::take(&mut self.blocks);
-        blocks.par_iter_mut().for_each(|block| block.margins = self.margins(&block.first, self.moves()));
-        self.blocks = blocks;
-    }
-
     /// The set and the segment that start at a control point.
     #[inline]
     fn segment(&self, first: u32, time: f32) -> (usize, Segment) {
@@ -259,7 +207,7 @@ impl Curves {
 
     /// The set and the control points of the segment that starts at a control point.
     #[inline]
-    fn points(&self, first: u32) -> (usize, &[Vec4]) {
+    pub(super) fn points(&self, first: u32) -> (usize, &[Vec4]) {
         let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
         let strands = &self.strands[set];
         let point = (first - self.offsets[set]) as usize;
@@ -398,19 +346,10 @@ impl Curves {
     }
 }
 
-/// The control points at both ends of the segment that starts at one.
-pub(crate) fn ends(basis: Basis, point: usize) -> (usize, usize) {
-    match basis {
-        Basis::Linear => (point, point + 1),
-        Basis::Bezier => (point, point + 3),
-        Basis::BSpline | Basis::CatmullRom => (point + 1, point + 2),
-    }
-}
-
 /// The strand of a control point. `starts` is the first control point of each strand. The search starts at the strand
 /// that is correct if all strands have the same number of points, as in most grooms. A binary search would wait for
 /// memory at each step.
-fn strand_of(starts: &[u32], point: u32) -> usize {
+pub(super) fn strand_of(starts: &[u32], point: u32) -> usize {
     let strands = starts.len() - 1;
     let guess = (u64::from(point) * strands as u64 / u64::from(starts[strands]).max(1)) as usize;
     let (mut low, mut high) = (guess.min(strands), (guess + 1).min(strands));

@@ -3,12 +3,13 @@
 //! The radius of a strand is the longer semi-axis. A ray that enters the round strand of this radius is intersected
 //! with the elliptical cylinder there. So hits, silhouettes and shadows agree with the projected width.
 
-use crate::geometry::curves::ends;
+use crate::geometry::curves::{CurveHit, Curves, strand_of};
 use crate::geometry::ray::Ray;
 use crate::geometry::segment::{Entry, Segment};
 use glam::{Vec2, Vec3, Vec4Swizzles};
+use rayon::prelude::*;
 use vellus::FiberFrame;
-use vellus_scene::Strands;
+use vellus_scene::{Basis, Strands};
 
 /// The section of a strand at a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +66,15 @@ impl Section {
     }
 }
 
+/// The control points at both ends of the segment that starts at one.
+pub(crate) fn ends(basis: Basis, point: usize) -> (usize, usize) {
+    match basis {
+        Basis::Linear => (point, point + 1),
+        Basis::Bezier => (point, point + 3),
+        Basis::BSpline | Basis::CatmullRom => (point + 1, point + 2),
+    }
+}
+
 /// A direction for each strand, evenly over all directions.
 fn any_direction(strand: usize) -> Vec3 {
     // The fractional parts of multiples of these numbers are evenly distributed over the square (Roberts 2018).
@@ -76,12 +86,63 @@ fn any_direction(strand: usize) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
+impl CurveHit {
+    /// The frame of the fibre.
+    pub(crate) fn frame(&self) -> FiberFrame {
+        let u = self.entry.u;
+        match &self.section {
+            Some(section) => section.frame(&self.segment, u),
+            None => {
+                let point = self.segment.at(u);
+                FiberFrame::new(self.segment.tangent(u), point.xyz(), point.w)
+            }
+        }
+    }
+}
+
+impl Curves {
+    /// The same for a segment that is not round. The ray may start inside the round one, so it is followed from before.
+    #[cold]
+    pub(super) fn enter_flat(&self, first: u32, segment: &Segment, caps: [bool; 2], ray: &Ray) -> Option<Entry> {
+        let back = 4.0 * segment.largest_radius() + segment.deviation();
+        let longer = Ray { origin: ray.origin - back * ray.direction, t_max: ray.t_max + back, ..*ray };
+        let entry = segment.intersect_capped(&longer, caps)?;
+        let entry = Entry { t: entry.t - back, ..entry };
+        self.section(first, segment, entry.u)?.enter(segment, ray, entry)
+    }
+
+    /// The aspect ratio of the fibres of the segment that starts at a control point, unless they are round.
+    pub(super) fn aspect_ratio(&self, first: u32) -> Option<f32> {
+        self.flat.get(self.points(first).0).copied().filter(|&ratio| ratio < 1.0)
+    }
+
+    /// The section at a parameter of the segment that starts at a control point, unless it is a circle.
+    pub(super) fn section(&self, first: u32, segment: &Segment, u: f32) -> Option<Section> {
+        let aspect_ratio = self.aspect_ratio(first)?;
+        let set = self.points(first).0;
+        let (strands, point) = (&self.strands[set], first - self.offsets[set]);
+        let strand = strand_of(&strands.starts, point);
+        Some(Section::new(strands, strand, point as usize, segment, u, aspect_ratio))
+    }
+
+    /// Sets the aspect ratio of the fibres of each set from that of its look.
+    pub(crate) fn set_aspect_ratios(&mut self, of_look: &impl Fn(usize) -> f32) {
+        let flat: Vec<f32> = self.strands.iter().map(|set| of_look(set.look)).collect();
+        let flat = if flat.iter().any(|&ratio| ratio < 1.0) { flat } else { Vec::new() };
+        if flat == self.flat {
+            return;
+        }
+        self.flat = flat;
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.par_iter_mut().for_each(|block| block.margins = self.margins(&block.first, self.moves()));
+        self.blocks = blocks;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::curves::Curves;
     use glam::Vec4;
-    use vellus_scene::Basis;
 
     const RADIUS: f32 = 0.1;
     const RATIO: f32 = 0.5;

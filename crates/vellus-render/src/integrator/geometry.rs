@@ -1,6 +1,7 @@
 //! The parts of a scene that paths use, except for the scattering models of fibres.
 
-use crate::geometry::curves::{CurveHit, Curves, ends};
+use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::flat::ends;
 use crate::geometry::instances::{Hit, Instances};
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
