@@ -35,6 +35,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         reflectance: None,
     };
     let methods: [(Method, &str); 3] = [

@@ -47,6 +47,7 @@ pub fn full_fiber() -> Fiber {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         reflectance: None,
     }
 }
@@ -117,6 +118,7 @@ impl Uniform {
             medulla_pigment: 0.3,
             wet: 0.0,
             aspect_ratio: 1.0,
+            medulla_air: 0.0,
             reflectance: None,
         }
     }

@@ -64,17 +64,17 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     #[inline(always)]
     pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
         if prepared.section.is_some() {
-            return Self::elliptical(prepared, wo, h);
+            return Self::bent(prepared, wo, h);
         }
         let polar = Polar::new(wo);
         let path = Path::new(&prepared.in_air, polar.sin, polar.cos, h);
         Self::along(prepared, wo, polar, h, path)
     }
 
-    /// The section is an ellipse. Not inlined, so that the others stay small.
+    /// The section is no circle of one index. Not inlined, so that the others stay small.
     #[cold]
     #[inline(never)]
-    fn elliptical(prepared: P, wo: [V; 3], h: V) -> Self {
+    fn bent(prepared: P, wo: [V; 3], h: V) -> Self {
         let polar = Polar::new(wo);
         let inverse = V::splat(1.0) / polar.cos.max(V::splat(1e-12));
         let toward = Frame::new(wo, polar.cos, inverse).toward();

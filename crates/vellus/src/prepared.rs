@@ -1,9 +1,9 @@
 //! The parameters of one fibre, prepared for its hits.
 
 use crate::cylinder::azimuthal::Azimuthal;
-use crate::cylinder::ellipse::Ellipse;
 use crate::cylinder::longitudinal::Longitudinal;
 use crate::cylinder::path::Path;
+use crate::cylinder::section::Section;
 use crate::exit::Reflection;
 use crate::exit::table::ExitTable;
 use crate::exit::turn::Turning;
@@ -20,8 +20,8 @@ pub(crate) struct Prepared<'t> {
     pub fiber: Fiber,
     /// [`Fiber::in_air`], whose parameters are those of the model.
     pub in_air: Fiber,
-    /// The section, unless it is a circle.
-    pub section: Option<Ellipse>,
+    /// The section, unless it is a circle of one index.
+    pub section: Option<Section>,
     pub longitudinal: Longitudinal,
     pub azimuthal: Azimuthal,
     pub medulla: Medulla<'t>,
@@ -60,6 +60,12 @@ impl<'t> Prepared<'t> {
         }
     }
 
+    /// Whether the section is no circle, so that offsets h and −h differ.
+    #[inline(always)]
+    pub fn is_flat(&self) -> bool {
+        self.in_air.aspect_ratio < 1.0
+    }
+
     /// The fibre must be valid.
     pub fn new(given: &Fiber, tables: &'t Tables) -> Self {
         let fiber = &given.in_air();
@@ -71,13 +77,13 @@ impl<'t> Prepared<'t> {
         Prepared {
             fiber: *given,
             in_air: *fiber,
-            section: Ellipse::of(fiber),
+            section: Section::of(fiber),
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla,
             reflection,
             turning,
-            fine: fiber.needs_fine_windows() || fiber.aspect_ratio < 1.0,
+            fine: fiber.needs_fine_windows() || Section::of(fiber).is_some(),
         }
     }
 }

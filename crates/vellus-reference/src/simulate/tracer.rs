@@ -105,6 +105,8 @@ pub(crate) struct Tracer {
     eta: f64,
     layers: f64,
     kappa: f64,
+    /// The index of the medulla. Its wall is smooth.
+    eta_m: f64,
     sigma_ca: [f64; 3],
     sigma_ma: [f64; 3],
     sigma_ms: f64,
@@ -137,6 +139,7 @@ impl Tracer {
             eta: fiber.eta.into(),
             layers: fiber.layers.into(),
             kappa: fiber.kappa.into(),
+            eta_m: if fiber.medulla_air > 0.0 { fiber.medulla_eta().into() } else { fiber.eta.into() },
             sigma_ca: fiber.sigma_ca.map(f64::from),
             sigma_ma: fiber.sigma_ma.map(f64::from),
             sigma_ms: fiber.sigma_ms.into(),
@@ -250,9 +253,11 @@ impl Tracer {
         let mut pass = 1;
         loop {
             // Travels to the cuticle, with scattering in the medulla.
+            let mut region = Region::Cortex;
             let missed = loop {
-                match self.travel(&mut p, &mut d, &mut energy, rng) {
+                match self.travel(&mut p, &mut d, &mut energy, &mut region, rng) {
                     Event::Scattered => scattered = true,
+                    Event::Wall => {}
                     Event::Cuticle { missed } => break missed,
                 }
             };
@@ -303,8 +308,37 @@ impl Tracer {
         }
     }
 
-    /// Moves the photon to the next scattering event or to the cuticle, with absorption.
-    fn travel(&self, p: &mut [f64; 2], d: &mut [f64; 3], energy: &mut [f64; 3], rng: &mut SimRng) -> Event {
+    /// Light meets the wall of the medulla at `p`: it is reflected, or refracted into the other region.
+    fn wall(&self, p: [f64; 2], d: &mut [f64; 3], region: &mut Region, rng: &mut SimRng) {
+        let n = self.over_axes(self.over_axes(p));
+        let length = n[0].hypot(n[1]);
+        let inward = *region == Region::Medulla;
+        let sign = if inward { -1.0 } else { 1.0 } / length;
+        let n = [0.0, sign * n[0], sign * n[1]];
+        let ratio = if inward { self.eta_m / self.eta } else { self.eta / self.eta_m };
+        let cos = -dot(*d, n);
+        let square = 1.0 - ratio * ratio * (1.0 - cos * cos);
+        let along = square.max(0.0).sqrt();
+        let [a, b] = [(ratio * cos, along), (cos, ratio * along)].map(|(x, y)| ((x - y) / (x + y)).powi(2));
+        if square <= 0.0 || f64::from(uniform2(rng).0) < 0.5 * (a + b) {
+            *d = [0, 1, 2].map(|k| d[k] + 2.0 * cos * n[k]);
+            *region = if inward { Region::Medulla } else { Region::AfterMedulla };
+            return;
+        }
+        *d = [0, 1, 2].map(|k| ratio * d[k] + (ratio * cos - along) * n[k]);
+        *region = if inward { Region::AfterMedulla } else { Region::Medulla };
+    }
+
+    /// Moves the photon to the next scattering event, to the wall of a medulla of its own index, or to the cuticle, with
+    /// absorption.
+    fn travel(
+        &self,
+        p: &mut [f64; 2],
+        d: &mut [f64; 3],
+        energy: &mut [f64; 3],
+        region: &mut Region,
+        rng: &mut SimRng,
+    ) -> Event {
         let ([px, py], [dx, dy]) = (self.over_axes(*p), self.over_axes([d[1], d[2]]));
         let a = (dx * dx + dy * dy).max(1e-30);
         let b = px * dx + py * dy;
@@ -316,12 +350,19 @@ impl Tracer {
                 energy[c] *= (-cortex * self.sigma_ca[c] - medulla * self.sigma_ma[c]).exp();
             }
         };
-        let (enter, leave) = if self.kappa > 0.0 && discriminant > 0.0 {
+        let (enter, leave) = if self.kappa > 0.0 && discriminant > 0.0 && *region != Region::AfterMedulla {
             let root = discriminant.sqrt();
             (((-b - root) / a).max(0.0), ((-b + root) / a).max(0.0))
         } else {
             (0.0, 0.0)
         };
+        let has_wall = self.eta_m != self.eta;
+        if has_wall && *region == Region::Cortex && leave > 0.0 {
+            attenuate(enter, 0.0);
+            *p = [p[0] + enter * d[1], p[1] + enter * d[2]];
+            self.wall(*p, d, region, rng);
+            return Event::Wall;
+        }
         let inside = leave - enter;
         if inside > 0.0 && self.sigma_ms > 0.0 {
             let free = -f64::ln(1.0 - f64::from(uniform2(rng).0)) / self.sigma_ms;
@@ -337,8 +378,14 @@ impl Tracer {
                 return Event::Scattered;
             }
         }
+        if has_wall && *region == Region::Medulla {
+            attenuate(0.0, leave);
+            *p = [p[0] + leave * d[1], p[1] + leave * d[2]];
+            self.wall(*p, d, region, rng);
+            return Event::Wall;
+        }
         attenuate(out - inside, inside);
-        let missed = inside <= 0.0;
+        let missed = inside <= 0.0 && *region == Region::Cortex;
         let q = [p[0] + out * d[1], p[1] + out * d[2]];
         let [x, y] = self.over_axes(q);
         let radius = x.hypot(y);
@@ -347,8 +394,19 @@ impl Tracer {
     }
 }
 
+/// Where a photon is. Without a wall, the cortex includes the medulla.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Region {
+    Cortex,
+    Medulla,
+    /// On the way from the medulla to the cuticle. The section is convex.
+    AfterMedulla,
+}
+
 enum Event {
     Scattered,
+    /// Met the wall of the medulla.
+    Wall,
     /// Reached the cuticle.
     Cuticle {
         /// Whether the path missed the medulla.

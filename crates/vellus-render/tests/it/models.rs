@@ -25,6 +25,7 @@ fn fiber() -> Fiber {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         reflectance: None,
     }
 }

@@ -2,7 +2,7 @@
 
 pub(crate) mod azimuthal;
 pub(crate) mod cuticle;
-pub(crate) mod ellipse;
+pub(crate) mod section;
 pub(crate) mod fiber_frame;
 pub(crate) mod frame;
 pub(crate) mod longitudinal;

@@ -2,7 +2,7 @@
 //! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
-use crate::cylinder::ellipse::Bends;
+use crate::cylinder::section::Bends;
 use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::ScatterExit;
@@ -36,8 +36,8 @@ pub(crate) struct Path<V> {
     pub sin2_t: V,
     /// cos γ_o and cos γ_t.
     pub cosines: [V; 2],
-    /// What is different if the section is no circle. γ_o and γ_t are then those of the first exit, h′ and h″ the
-    /// offsets on the unit circle.
+    /// What is different if the section is no circle of one index. γ_o and γ_t are then those of the first exit, with
+    /// what the wall of the medulla turns in γ_t. h′ and h″ are the offsets on the unit circle.
     pub bends: Option<Bends<V>>,
 }
 

@@ -26,9 +26,11 @@ pub(crate) mod low_rank;
 pub mod states;
 pub mod table;
 pub(crate) mod turn;
+mod wall;
 
 use crate::exit::states::{REGISTERS, STATES, Vector};
 use crate::exit::table::{ENTRIES, ExitTable, MAX_SIN2, ROWS};
+use crate::exit::wall::Walls;
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special::exp;
@@ -92,6 +94,8 @@ struct Chain<'a> {
     through: Vector,
     /// The length of the path from the medulla to the cuticle, in fibre radii.
     cortex: Vector,
+    /// The reflectance of the medulla's wall, if it has one.
+    wall: Option<Vector>,
     /// 1 − U.
     scattered: Vector,
     /// The share of light that the medulla scatters, over the share that it scatters isotropically.
@@ -106,7 +110,7 @@ impl<'a> Chain<'a> {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let geometry = &table.geometry;
         let tau = fiber.sigma_ms * fiber.kappa;
-        let through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
+        let mut through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
         let forgets = tau * (1.0 - fiber.g).powf(FORGETS);
         let zero = [f32x8::ZERO; REGISTERS];
         let (mut cortex, mut scattered, mut excess) = (zero, zero, zero);
@@ -122,8 +126,13 @@ impl<'a> Chain<'a> {
             let cos = geometry.half_chord[r] * cos_gamma + splat(fiber.kappa) * geometry.square[r];
             keeps += geometry.weight[r] * (splat(2.0) * cos * cos - one);
         }
+        let mut wall = None;
+        if let Some(walls) = Walls::new(fiber) {
+            (wall, cortex) = (Some(walls.back), walls.cortex);
+            through = walls.through;
+        }
         let stays = turn::stays(tau * (1.0 - fiber.g), keeps.reduce_add(), 1.0 - passed.reduce_add());
-        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, excess, stays }
+        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, wall, scattered, excess, stays }
     }
 
     /// The effect of absorption in the medulla. `medulla` is σ_ma κ.
@@ -166,12 +175,19 @@ impl<'a> Chain<'a> {
         for r in 0..REGISTERS {
             let c = exp(self.cortex[r] * splat(-cortex));
             let (t, scattered, kept) = (self.through[r], self.scattered[r], medulla.kept[r]);
-            let returns = (one - t) * c * c;
+            let mut returns = (one - t) * c * c;
             // 1 − (1 − T) c² and the losses in the medulla, as sums of positive terms.
-            let lost = t + (one - t) * (one - c * c);
+            let mut lost = t + (one - t) * (one - c * c);
+            at_once[r] = t * c;
+            // Light goes back and forth between the wall and the cuticle. It always keeps its state.
+            if let Some(wall) = &self.wall {
+                let passes = one - wall[r];
+                let often = passes / (one - wall[r] * returns).fast_max(splat(1e-20));
+                (at_once[r], lost) = (at_once[r] * often, lost * often);
+                returns = wall[r] + passes * often * returns;
+            }
             let absorbed = (one - scattered) * (one - medulla.chord_keeps[r]);
             let inverse = one / (lost + returns * (scattered + absorbed)).fast_max(splat(1e-20));
-            at_once[r] = t * c;
             leaves[r] = at_once[r] * inverse;
             stays[r] = returns * scattered * kept * inverse;
             let again = self.table.geometry.weight[r] * scattered * medulla.leaving[r];

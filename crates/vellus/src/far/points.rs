@@ -376,7 +376,7 @@ impl Points {
         // If both sides begin at the axis, one group represents their common part, and another the part that only one
         // of them has.
         let pieces = match sides {
-            [Some(a), Some(b)] if query.prepared.section.is_none() => {
+            [Some(a), Some(b)] if !query.prepared.is_flat() => {
                 let (shared, rest) = a.overlap(&b);
                 [(Some(shared), 1.0, true), (rest, if a.longer_than(&b) { 1.0 } else { -1.0 }, false)]
             }

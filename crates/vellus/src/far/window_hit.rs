@@ -69,7 +69,7 @@ impl WindowState {
         let through = prepared.medulla.exists().then(|| {
             let (sin, cos) = prepared.medulla.refraction.inside(polar.sin, polar.cos * polar.cos);
             self.inclination = prepared.medulla.inclination(sin.atan2(cos));
-            let sin_t = polar.sin / fiber.eta;
+            let sin_t = polar.sin / fiber.medulla_eta();
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
             let pass = prepared.medulla.pass(prepared.medulla.tau_position(elongation));
             let mean_paths = prepared.medulla.mean_paths(&pass);
@@ -77,7 +77,7 @@ impl WindowState {
             Through { pass, mean_paths, entry, leaving: self.inclination.leaving }
         });
         let [low, high] = self.range;
-        let symmetric = low == -high && prepared.section.is_none();
+        let symmetric = low == -high && !prepared.is_flat();
         let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
         // The offsets ≥ 0, and the offsets ≤ 0, which are mirrored.
         let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];

@@ -34,7 +34,7 @@ use crate::fiber::species::Species;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias = "Table 1")]
 pub struct Fiber {
-    /// η, refractive index of cortex and medulla, in [1, 3]. Keratin is near 1.55.
+    /// η, refractive index of the cortex, and of a medulla without air, in [1, 3]. Keratin is near 1.55.
     pub eta: f32,
     /// κ, medullary index: the radius of the medulla over that of the fibre, in [0, 0.99]. Hair without medulla has
     /// 0.
@@ -67,6 +67,8 @@ pub struct Fiber {
     /// is y of the fibre's frame, and absorption is per radius of the circle of the same area. Colours are those of
     /// round fibres.
     pub aspect_ratio: f32,
+    /// The share of air in the medulla, in [0, 1], by its refractive index: [`Fiber::medulla_eta`].
+    pub medulla_air: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: ScatterExit,
     /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
@@ -124,6 +126,7 @@ impl Fiber {
             layers: 0.5,
             wet: 0.0,
             aspect_ratio: 1.0,
+            medulla_air: 0.0,
             exit: ScatterExit::default(),
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,
@@ -159,6 +162,13 @@ impl Fiber {
     /// The same fibre with another way for scattered light to leave it.
     pub fn with_exit(self, exit: ScatterExit) -> Self {
         Fiber { exit, ..self }
+    }
+
+    /// η_m, the refractive index of the medulla: from η without [`Fiber::medulla_air`] to 1 in a medulla of air. The air
+    /// for an index is (η − η_m)/(η − 1).
+    #[must_use]
+    pub fn medulla_eta(&self) -> f32 {
+        if self.medulla_air == 0.0 { self.eta } else { 1.0 + (1.0 - self.medulla_air) * (self.eta - 1.0) }
     }
 
     /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.

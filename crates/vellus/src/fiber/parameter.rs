@@ -47,6 +47,8 @@ pub enum Parameter {
     Wet,
     /// The shorter axis of the section over the longer one, [`Fiber::aspect_ratio`].
     AspectRatio,
+    /// The share of air in the medulla, [`Fiber::medulla_air`].
+    MedullaAir,
     /// Absorption in the medulla over that in the cortex, for colours, [`Fiber::medulla_pigment`].
     MedullaPigment,
     /// The exit of scattered light, [`Fiber::exit`]: a choice. Its number is the place in [`ScatterExit::ALL`].
@@ -171,11 +173,11 @@ const fn choice(
 /// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on all others.
 #[rustfmt::skip]
 #[doc(alias = "Table 1")]
-const TABLE: [Row; 17] = [
+const TABLE: [Row; 18] = [
     row((Parameter::Kappa, "kappa", "κ", "Medulla radius"), (ParameterUnit::One, [0.0, 0.99]), NUMBER,
         "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
     row((Parameter::Eta, "eta", "η", "Refractive index"), (ParameterUnit::One, [1.0, 3.0]), NUMBER,
-        "refractive index of cortex and medulla"),
+        "refractive index of the cortex, and of a medulla without air"),
     row((Parameter::Alpha, "alpha", "α", "Highlight shift"), (ParameterUnit::Degrees, [-45.0, 45.0]), NUMBER,
         "shift of the R highlight toward the root: 2δ at h = 0 for scales tilted by δ, about 1.33δ in the far field"),
     row((Parameter::BetaM, "beta_m", "β_m", "Roughness along"), (ParameterUnit::Degrees, [0.1, 90.0]), NUMBER,
@@ -197,6 +199,9 @@ const TABLE: [Row; 17] = [
         "share of water around the fibre; colours are those of dry fur"),
     row((Parameter::AspectRatio, "aspect_ratio", "b/a", "Aspect ratio"), (ParameterUnit::One, [0.4, 1.0]), NUMBER,
         "shorter axis of the section over the longer one; 1 is a circle"),
+    row((Parameter::MedullaAir, "medulla_air", "medulla_air", "Air in the medulla"),
+        (ParameterUnit::One, [0.0, 1.0]), NUMBER,
+        "share of air in the medulla, whose index is 1 + (1 - medulla_air)(eta - 1)"),
     row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment", "Medulla pigment"),
         (ParameterUnit::One, [0.0, 10.0]), NUMBER,
         "sigma_ma over sigma_ca for a colour given as reflectance or melanin"),
@@ -362,6 +367,7 @@ impl Parameter {
             Parameter::Layers => [fiber.layers; 3],
             Parameter::Wet => [fiber.wet; 3],
             Parameter::AspectRatio => [fiber.aspect_ratio; 3],
+            Parameter::MedullaAir => [fiber.medulla_air; 3],
             Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
             Parameter::Exit => [f32::from(fiber.exit as u8); 3],
             Parameter::Reflectance => return fiber.reflectance,
@@ -417,6 +423,7 @@ impl Parameter {
             Parameter::Layers => fiber.layers = x,
             Parameter::Wet => fiber.wet = x,
             Parameter::AspectRatio => fiber.aspect_ratio = x,
+            Parameter::MedullaAir => fiber.medulla_air = x,
             Parameter::MedullaPigment => fiber.medulla_pigment = x,
             Parameter::Exit => fiber.exit = ScatterExit::ALL[(x.round() as usize).min(ScatterExit::ALL.len() - 1)],
             Parameter::Reflectance => *fiber = color(fiber, Color::Reflectance(value)),

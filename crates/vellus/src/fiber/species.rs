@@ -119,6 +119,7 @@ impl Species {
             layers,
             wet: 0.0,
             aspect_ratio: 1.0,
+            medulla_air: 0.0,
             exit: ScatterExit::Open,
             medulla_pigment: MEDULLA_PIGMENT,
             reflectance: None,

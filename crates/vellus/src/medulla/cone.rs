@@ -26,7 +26,7 @@ type Pair<const C: usize> = [Weights<C>; 2];
 /// How scattered light of one fibre leaves it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cone {
-    /// η and 1/η.
+    /// η and 1/η, of the medulla. A cortex of another index does not change the inclination.
     pub eta: f32,
     pub inverse_eta: f32,
     /// b of T(s) = 1 − b s⁴, in [0, 1].
@@ -49,13 +49,14 @@ pub(crate) struct Cone {
 impl Cone {
     /// The fibre must be valid.
     pub fn new(fiber: &Fiber) -> Self {
-        let inverse_eta = 1.0 / fiber.eta;
+        let eta = fiber.medulla_eta();
+        let inverse_eta = 1.0 / eta;
         let cos = ((1.0 - inverse_eta) * (1.0 + inverse_eta)).max(0.0).sqrt();
         let half = inverse_eta.atan2(cos);
         let Outward { loss, slope, reach } = outward(fiber);
         let x = (half - SMALLEST) * ((CONES - 1) as f32 / (FRAC_PI_2 - SMALLEST));
         Cone {
-            eta: fiber.eta,
+            eta,
             inverse_eta,
             loss,
             slope,
@@ -133,6 +134,9 @@ struct Outward {
 /// leaves if its offset is below 1/η′, and with the transmittance 1 − F(cos θᵢ √(1 − h²)) for an offset of h/η′. The
 /// cuticle turns it by asin h − asin (h/η′).
 ///
+/// In a medulla with air, offsets and inclinations are those inside it, and its wall turns light by asin (h κ⁻¹/η′) −
+/// asin (h κ⁻¹/η_m′) more.
+///
 /// Gauss points: four of s and two of t, where h = h₁ t(2 − t) is dense near the largest offset h₁, where F rises
 /// to 1.
 fn outward(fiber: &Fiber) -> Outward {
@@ -146,29 +150,39 @@ fn outward(fiber: &Fiber) -> Outward {
     let s2 = eight(S2);
     let cos2 = f32x8::ONE - s2;
     // 1/η′, the largest offset at which light leaves, and h₁.
-    let largest = (cos2 / (splat(fiber.eta * fiber.eta) - s2)).sqrt();
+    let eta = fiber.medulla_eta();
+    let largest = (cos2 / (splat(eta * eta) - s2)).sqrt();
     let most = (splat(fiber.kappa) / largest).fast_min(f32x8::ONE);
     let h = most * t * (splat(2.0) - t);
     let cos2 = cos2 * (f32x8::ONE - h * h);
     let [back, through] = parts(fiber.eta, fiber.layers, cos2.sqrt(), refracted_cos2(fiber.eta, cos2).sqrt());
-    let passed = through / (back + through) * largest * most * (f32x8::ONE - t);
+    let mut passed = through / (back + through) * largest * most * (f32x8::ONE - t);
+    let inside = h * largest;
+    let inverse_kappa = splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
+    let offset = inside * inverse_kappa;
+    let mut turned = h.asin() - inside.asin();
+    if fiber.medulla_air > 0.0 {
+        let in_cortex = ((f32x8::ONE - s2) / (splat(fiber.eta * fiber.eta) - s2)).sqrt() * h;
+        turned = h.asin() - in_cortex.asin() + (in_cortex * inverse_kappa).asin() - offset.fast_min(f32x8::ONE).asin();
+        let cos2 = (f32x8::ONE - s2 * splat(1.0 / (eta * eta))) * (f32x8::ONE - offset * offset);
+        let cos2 = cos2.fast_max(f32x8::ZERO);
+        let [back, through] = parts(fiber.eta / eta, 0.5, cos2.sqrt(), refracted_cos2(fiber.eta / eta, cos2).sqrt());
+        passed *= through / (back + through);
+    }
     // The coefficients of the fit c₀ − c₁ s⁴ from the moments with 1 and s⁴, up to a common factor.
     let moment = |weights: f32x8| (passed * weights).reduce_add();
     let (zeroth, fourth) = (moment(eight(SHARES)), moment(eight(SHARES) * s2 * s2));
     let (constant, line) = (zeroth * (1.0 / 9.0) - fourth * 0.2, zeroth * 0.2 - fourth);
     let loss = if constant > 0.0 { (line / constant).clamp(0.0, 1.0) } else { 0.0 };
     // The slope is the least-squares fit of a line through 0. cos θ′ makes the measure that of θ′.
-    let inverse_eta = 1.0 / fiber.eta;
+    let inverse_eta = 1.0 / eta;
     let cos_inside = (f32x8::ONE - s2 * splat(inverse_eta * inverse_eta)).sqrt();
-    let inside = h * largest;
-    let offset = inside * splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
     let weight = eight(SHARES) * cos_inside * offset;
-    let turned = h.asin() - inside.asin();
     let slope = moment(weight * turned) / moment(weight * offset).max(f32::MIN_POSITIVE);
-    let furthest = most * largest * splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
+    let furthest = most * largest * inverse_kappa;
     let sum = |x: f32x8| (x * eight(SHARES) * cos_inside).reduce_add();
     let reach = sum(furthest * furthest) / sum(furthest).max(f32::MIN_POSITIVE);
-    Outward { loss, slope: slope.max(0.0), reach }
+    Outward { loss, slope: if fiber.medulla_air > 0.0 { slope } else { slope.max(0.0) }, reach }
 }
 
 /// Integrals of the components over cones, for both halves of C^M.

@@ -18,7 +18,7 @@ pub use tables::{PackedTables, tables};
 /// Checks that shaders have the scattering of a fibre.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] if its section is not a circle.
+/// [`Error::OutOfRange`] if its section is not a circle of one index.
 pub fn supports(fiber: &Fiber) -> Result<(), Error> {
     if fiber.aspect_ratio == 1.0 {
         return Ok(());

@@ -34,6 +34,7 @@ fn extreme_fiber(random: &mut Uniform) -> Fiber {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         ..full_fiber()
     }
 }

@@ -354,6 +354,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         reflectance: None,
     };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -439,6 +440,7 @@ fn density_is_at_least_each_channel() {
         medulla_pigment: 0.3,
         wet: 0.0,
         aspect_ratio: 1.0,
+        medulla_air: 0.0,
         reflectance: None,
     };
     let mut random = Uniform(8);
