@@ -40,10 +40,10 @@ pub(super) struct Turning {
 
 impl Turning {
     fn new(fiber: &Fiber, data: &ExitData, states: &[State]) -> Self {
-        let [eta, kappa, layers, g] = [fiber.eta, fiber.kappa, fiber.layers, fiber.g].map(f64::from);
+        let [kappa, g] = [fiber.kappa, fiber.g].map(f64::from);
         let tau = f64::from(fiber.sigma_ms) * kappa;
         let (four, two) = gauss();
-        let [slope, reach] = outward(eta, kappa, layers, [&four, &two]);
+        let [slope, reach] = outward(&Shell::new(fiber), [&four, &two]);
         let at = ((reach - REACHES[0]) / 0.2).clamp(0.0, 3.0);
         let low = (at as usize).min(REACHES.len() - 2);
         let mut parts = [0.0; 3];
@@ -66,11 +66,13 @@ impl Turning {
 /// The least-squares slope of the angle by which the cuticle turns light that leaves, over its offset in the medulla,
 /// and the mean of the largest offset at which light leaves. Light is diffuse inside the fibre. `points` are midpoints
 /// of [0, 1] and their weights, for the sine of the inclination, and for the offset, dense near its limit.
-fn outward(eta: f64, kappa: f64, layers: f64, points: [&[[f64; 2]]; 2]) -> [f64; 2] {
+fn outward(shell: &Shell, points: [&[[f64; 2]]; 2]) -> [f64; 2] {
+    let Shell { eta, eta_m, kappa, layers } = *shell;
     let (mut line, mut square, mut limits, mut limits_squared) = (0.0, 0.0, 0.0, 0.0);
     for [s, weight] in points[0] {
-        let inside = weight * (1.0 - (s / eta).powi(2)).sqrt();
-        let eta_prime = ((eta * eta - s * s) / (1.0 - s * s)).sqrt();
+        let cos_m = (1.0 - (s / eta_m).powi(2)).sqrt();
+        let inside = weight * cos_m;
+        let [cortex_prime, eta_prime] = [eta, eta_m].map(|eta| ((eta * eta - s * s) / (1.0 - s * s)).sqrt());
         let limit = (1.0 / (eta_prime * kappa)).min(1.0);
         limits += inside * limit;
         limits_squared += inside * limit * limit;
@@ -78,8 +80,11 @@ fn outward(eta: f64, kappa: f64, layers: f64, points: [&[[f64; 2]]; 2]) -> [f64;
             let h = limit * t * (2.0 - t);
             let [angle, turned] = [kappa * h, eta_prime * kappa * h].map(|x| x.min(1.0).asin());
             let passed = 1.0 - fresnel(eta, layers, (1.0 - s * s).sqrt() * turned.cos());
-            let weight = inside * weight * (1.0 - t) * limit * passed * h;
-            line += weight * (turned - angle);
+            let wall = if eta_m < eta { fresnel(eta / eta_m, 0.5, cos_m * (1.0 - h * h).sqrt()) } else { 0.0 };
+            let in_cortex = h * eta_prime / cortex_prime;
+            let more = if eta_m < eta { in_cortex.asin() - h.asin() + angle - (kappa * in_cortex).asin() } else { 0.0 };
+            let weight = inside * weight * (1.0 - t) * limit * passed * (1.0 - wall) * h;
+            line += weight * (turned - angle + more);
             square += weight * h;
         }
     }
@@ -95,6 +100,45 @@ fn gauss() -> ([[f64; 2]; 4], [[f64; 2]; 2]) {
     (four.map(|[x, w]| [0.5 + 0.5 * x, w]), two.map(|[x, w]| [0.5 + 0.5 * x, w]))
 }
 
+/// What is around the medulla.
+struct Shell {
+    eta: f64,
+    /// The index of the medulla.
+    eta_m: f64,
+    kappa: f64,
+    layers: f64,
+}
+
+impl Shell {
+    fn new(fiber: &Fiber) -> Self {
+        let [eta, eta_m, kappa, layers] =
+            [fiber.eta, fiber.medulla_eta(), fiber.kappa, fiber.layers].map(f64::from);
+        Shell { eta, eta_m, kappa, layers }
+    }
+
+    /// D24: means over a state of the reflectance of the wall, the transmittance of the cuticle, and the length of the
+    /// path from the wall to the cuticle.
+    fn around(&self, state: usize) -> [f64; 3] {
+        let [inclinations, offsets] = cell(state);
+        let (mut sums, mut weights) = ([0.0; 3], 0.0);
+        for (theta, h) in midpoints(inclinations, POINTS).flat_map(|t| midpoints(offsets, POINTS).map(move |h| (t, h))) {
+            let weight = theta.cos().powi(2);
+            let [sin_t, sin_i] = [self.eta_m / self.eta, self.eta_m].map(|ratio| ratio * theta.sin());
+            let cos_t = (1.0 - sin_t * sin_t).sqrt();
+            let wall = fresnel(self.eta / self.eta_m, 0.5, theta.cos() * (1.0 - h * h).sqrt());
+            // Snell's law in the normal plane: the index times the cosine of the inclination times the sine of the angle.
+            let aside = self.eta_m * theta.cos() * self.kappa * h;
+            let outside = 1.0 - sin_i * sin_i - aside * aside;
+            let through = if outside > 0.0 { 1.0 - fresnel(self.eta, self.layers, outside.sqrt()) } else { 0.0 };
+            let offset = aside / (self.eta * cos_t);
+            let way = (1.0 - offset * offset).sqrt() - (self.kappa * self.kappa - offset * offset).max(0.0).sqrt();
+            [wall, through, way / cos_t].iter().zip(&mut sums).for_each(|(x, sum)| *sum += weight * x);
+            weights += weight;
+        }
+        sums.map(|sum| sum / weights)
+    }
+}
+
 /// Means over one state, weighted by cos²θ′.
 struct State {
     /// The share of diffuse light.
@@ -105,6 +149,8 @@ struct State {
     cortex: f64,
     /// The transmittance of the cuticle.
     through: f64,
+    /// The reflectance of the medulla's wall.
+    wall: f64,
     /// The cosine of the angle around the fibre of a reflection at the cuticle.
     keeps: f64,
     /// [`monomials`] of the entry.
@@ -144,7 +190,8 @@ fn transmittance(eta: f64, kappa: f64, layers: f64, state: usize) -> f64 {
 }
 
 impl State {
-    fn new(eta: f64, kappa: f64, layers: f64, state: usize) -> Self {
+    fn new(shell: &Shell, state: usize) -> Self {
+        let Shell { eta, eta_m, kappa, layers } = *shell;
         let [inclinations, offsets] = cell(state);
         let mean = |range: [f64; 2], weight: fn(f64) -> f64, value: fn(f64) -> f64| {
             let points = || midpoints(range, 1000);
@@ -158,11 +205,19 @@ impl State {
         let cos_gamma = (1.0 - (kappa * middle).powi(2)).sqrt();
         let cos = half_chord * cos_gamma + kappa * middle * middle;
         let share: f64 = midpoints(inclinations, 1000).map(squared_cosine).sum::<f64>() / 1000.0;
+        let [wall, through, cortex] = match eta_m < eta {
+            true => shell.around(state),
+            false => {
+                let length = (cos_gamma - kappa * half_chord).max(0.0) * elongation;
+                [0.0, transmittance(eta, kappa, layers, state), length]
+            }
+        };
         State {
             weight: share * (inclinations[1] - inclinations[0]) / (0.25 * PI) * (offsets[1] - offsets[0]),
             chord: 2.0 * half_chord * elongation,
-            cortex: (cos_gamma - kappa * half_chord).max(0.0) * elongation,
-            through: transmittance(eta, kappa, layers, state),
+            cortex,
+            through,
+            wall,
             keeps: 2.0 * cos * cos - 1.0,
             entry: mean_entry([inclinations, offsets]),
         }
@@ -275,9 +330,10 @@ impl ExactExit {
         }
         let fiber = &fiber.in_air();
         let data = ExitData::from_bytes(vellus::parts::SHIPPED_EXITS)?;
-        let [eta, kappa, layers, g] = [fiber.eta, fiber.kappa, fiber.layers, fiber.g].map(f64::from);
+        let [kappa, g] = [fiber.kappa, fiber.g].map(f64::from);
         let tau = f64::from(fiber.sigma_ms) * kappa;
-        let states: Vec<State> = (0..STATES).map(|state| State::new(eta, kappa, layers, state)).collect();
+        let shell = Shell::new(fiber);
+        let states: Vec<State> = (0..STATES).map(|state| State::new(&shell, state)).collect();
         let rows = rows(&data, tau, g);
         let turning = Turning::new(fiber, &data, &states);
         let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 3]; 3], turning };
@@ -369,8 +425,11 @@ fn leaving(states: &[State], tau: f64, cortex: f64, absorption: &Absorption) -> 
     let (mut matrix, mut once) = ([[0.0; STATES]; STATES], [0.0; STATES]);
     for (i, state) in states.iter().enumerate() {
         let c = (-cortex * state.cortex).exp();
-        let reflected = (1.0 - state.through) * c * c;
-        once[i] = state.through * c;
+        // Between the wall and the cuticle, light goes back and forth.
+        let between = 1.0 / (1.0 - state.wall * (1.0 - state.through) * c * c);
+        let passes = (1.0 - state.wall) * between;
+        let reflected = state.wall + (1.0 - state.wall) * passes * (1.0 - state.through) * c * c;
+        once[i] = passes * state.through * c;
         let row = reflected * scattered[i] * absorption.scattered[i] / all.max(f64::MIN_POSITIVE);
         (0..STATES).for_each(|j| matrix[i][j] = -row * again[j]);
         matrix[i][i] += 1.0 - reflected * (-tau * state.chord).exp() * absorption.chord[i];
@@ -391,8 +450,8 @@ mod tests {
         for (eta, kappa, layers) in
             [(1.05, 0.9, 1.0), (1.3, 0.5, 2.0), (1.55, 0.95, 0.5), (1.9, 0.98, 1.0), (2.5, 0.8, 1.0)]
         {
-            let exact = outward(eta, kappa, layers, [&many, &many]);
-            let few = outward(eta, kappa, layers, [&four, &two]);
+            let shell = Shell { eta, eta_m: eta, kappa, layers };
+            let [exact, few] = [outward(&shell, [&many, &many]), outward(&shell, [&four, &two])];
             println!("{eta} {kappa}: {exact:.4?} {few:.4?}");
             let errors = [0, 1].map(|k| (few[k] - exact[k]).abs());
             assert!(errors[0] < 0.07 * exact[0].max(0.2) && errors[1] < 0.02, "{eta} {kappa}: {exact:?} {few:?}");

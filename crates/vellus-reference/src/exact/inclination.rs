@@ -20,6 +20,7 @@ pub(crate) struct Inclination {
 /// D18: how the cuticle refracts scattered light.
 #[derive(Clone, Copy, Debug)]
 struct Refraction {
+    /// That of the medulla.
     eta: f64,
     /// b of the transmittance T(s) = 1 − b s⁴.
     loss: f64,
@@ -59,8 +60,8 @@ impl Exact<'_> {
         if self.exit.is_none() {
             return Inclination { tilt, profiles: profiles(theta_o.abs()), refraction: None, leaving: [1.0; 2] };
         }
-        let profiles = profiles((theta_o.abs().sin() / self.eta).asin());
-        let refraction = Refraction { eta: self.eta, loss: self.loss(), kept: self.kept_by_half() };
+        let profiles = profiles((theta_o.abs().sin() / self.eta_m).asin());
+        let refraction = Refraction { eta: self.eta_m, loss: self.loss(), kept: self.kept_by_half() };
         let mut leaving = [0.0; 2];
         // Midpoint rule in t with sin θᵢ = sin t, dense near grazing.
         let step = PI / POINTS as f64;
@@ -106,7 +107,7 @@ impl Exact<'_> {
     /// The share of light that leaves at θᵢ, of all light that the medulla sends toward the cuticle at that inclination
     /// and with offsets uniform in [0, κ], by two Gauss points.
     fn transmittance(&self, theta_i: f64) -> f64 {
-        let prime = self.eta_prime(theta_i);
+        let prime = (self.eta_m * self.eta_m - theta_i.sin().powi(2)).sqrt() / theta_i.cos();
         // The largest offset outside, h = η′ h′.
         let most = (self.kappa * prime).min(1.0);
         let root = 1.0 / 3f64.sqrt();
@@ -114,7 +115,11 @@ impl Exact<'_> {
             .into_iter()
             .map(|t| {
                 let (h, dh) = (most * t * (2.0 - t), most * 2.0 * (1.0 - t));
-                (1.0 - fresnel(self.eta, self.layers, theta_i.cos() * (1.0 - h * h).sqrt())) * dh * 0.5
+                let offset = (h / prime / self.kappa).min(1.0);
+                let at_wall = (1.0 - offset * offset).sqrt() / self.medulla_elongation(theta_i);
+                let wall = if self.eta_m < self.eta { fresnel(self.eta / self.eta_m, 0.5, at_wall) } else { 0.0 };
+                let cuticle = fresnel(self.eta, self.layers, theta_i.cos() * (1.0 - h * h).sqrt());
+                (1.0 - cuticle) * (1.0 - wall) * dh * 0.5
             })
             .sum();
         sum / (prime * self.kappa)

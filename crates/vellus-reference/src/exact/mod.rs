@@ -45,6 +45,8 @@ use vellus::{Error, Fiber, TableData};
 pub struct Exact<'t> {
     pub(crate) tables: &'t TableData,
     pub(crate) eta: f64,
+    /// The index of the medulla (D24). Another than η only has an effect in [`Exact::at_flat`].
+    pub(crate) eta_m: f64,
     pub(crate) kappa: f64,
     pub(crate) alpha: f64,
     pub(crate) beta_m: f64,
@@ -74,6 +76,7 @@ impl<'t> Exact<'t> {
         Ok(Exact {
             tables,
             eta: fiber.eta.into(),
+            eta_m: fiber.medulla_eta().into(),
             kappa: fiber.kappa.into(),
             alpha: fiber.alpha.into(),
             beta_m: fiber.beta_m.into(),
@@ -91,6 +94,11 @@ impl<'t> Exact<'t> {
     /// η′(θ_o).
     pub(crate) fn eta_prime(&self, theta_o: f64) -> f64 {
         (self.eta * self.eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos()
+    }
+
+    /// 1 over the cosine of the inclination in the medulla.
+    fn medulla_elongation(&self, theta_o: f64) -> f64 {
+        1.0 / (1.0 - (theta_o.sin() / self.eta_m).powi(2)).sqrt()
     }
 
     /// 1/cos θ_t: how much longer an inclined path is than its projection onto the normal plane.
@@ -118,7 +126,7 @@ impl<'t> Exact<'t> {
 
     /// C^N of a path of offset |h″|.
     fn profile_of_offset(&self, theta_o: f64, offset: f64) -> Profile {
-        let tau = self.sigma_ms * self.kappa * self.elongation(theta_o);
+        let tau = self.sigma_ms * self.kappa * self.medulla_elongation(theta_o);
         Profile::azimuthal(self.tables, tau, self.g, offset)
     }
 
@@ -135,7 +143,7 @@ impl<'t> Exact<'t> {
 
     fn escape_of_offset(&self, theta_o: f64, offset: f64, entry: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let exit = self.exit.as_ref()?;
-        let theta_t = (theta_o.sin() / self.eta).asin();
+        let theta_t = (theta_o.sin() / self.eta_m).asin();
         let [escape, first] = exit.escape(offset, theta_t);
         // In each part, no channel has more light than the same share of the channel with the most light in all.
         let light = [0, 1, 2].map(|c| escape[c] * entry[c]);

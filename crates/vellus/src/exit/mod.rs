@@ -110,7 +110,11 @@ impl<'a> Chain<'a> {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let geometry = &table.geometry;
         let tau = fiber.sigma_ms * fiber.kappa;
-        let mut through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
+        let walls = Walls::new(fiber);
+        let through = match &walls {
+            Some(walls) => walls.through,
+            None => table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers),
+        };
         let forgets = tau * (1.0 - fiber.g).powf(FORGETS);
         let zero = [f32x8::ZERO; REGISTERS];
         let (mut cortex, mut scattered, mut excess) = (zero, zero, zero);
@@ -126,11 +130,10 @@ impl<'a> Chain<'a> {
             let cos = geometry.half_chord[r] * cos_gamma + splat(fiber.kappa) * geometry.square[r];
             keeps += geometry.weight[r] * (splat(2.0) * cos * cos - one);
         }
-        let mut wall = None;
-        if let Some(walls) = Walls::new(fiber) {
-            (wall, cortex) = (Some(walls.back), walls.cortex);
-            through = walls.through;
-        }
+        let wall = walls.map(|walls| {
+            cortex = walls.cortex;
+            walls.back
+        });
         let stays = turn::stays(tau * (1.0 - fiber.g), keeps.reduce_add(), 1.0 - passed.reduce_add());
         Chain { table, rows: table.rows(tau, fiber.g), through, cortex, wall, scattered, excess, stays }
     }
