@@ -99,8 +99,10 @@ impl Uniform {
         self.fiber().with_exit(exit)
     }
 
-    /// A random fibre with the default exit. Each parameter varies over most of its valid range.
+    /// A random round fibre with the default exit. Each parameter varies over most of its valid range. A quarter of the
+    /// fibres have air in the medulla.
     pub fn fiber(&mut self) -> Fiber {
+        let air = Uniform(!self.0).next();
         let mut colour = |scale: f64| -> [f32; 3] { std::array::from_fn(|_| (scale * self.next().powi(3)) as f32) };
         let (sigma_ca, sigma_ma) = (colour(5.0), colour(5.0));
         Fiber {
@@ -118,7 +120,7 @@ impl Uniform {
             medulla_pigment: 0.3,
             wet: 0.0,
             aspect_ratio: 1.0,
-            medulla_air: 0.0,
+            medulla_air: (1.0 - 4.0 * air).max(0.0) as f32,
             reflectance: None,
         }
     }

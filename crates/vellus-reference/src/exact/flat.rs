@@ -140,7 +140,7 @@ impl<'t> Exact<'t> {
         ExactHit { path, azimuthal, longitudinal }
     }
 
-    fn flat_path(&self, [theta_o, phi_o]: [f64; 2], h: f64) -> ExactPath<'_, 't> {
+    pub(super) fn flat_path(&self, [theta_o, phi_o]: [f64; 2], h: f64) -> ExactPath<'_, 't> {
         let o = self;
         let ([a, b], (sin, cos)) = (o.axes(), phi_o.sin_cos());
         let (eta, cos_t) = (o.eta_prime(theta_o), 1.0 / o.elongation(theta_o));

@@ -45,7 +45,7 @@ use vellus::{Error, Fiber, TableData};
 pub struct Exact<'t> {
     pub(crate) tables: &'t TableData,
     pub(crate) eta: f64,
-    /// The index of the medulla (D24). Another than η only has an effect in [`Exact::at_flat`].
+    /// The index of the medulla (D24).
     pub(crate) eta_m: f64,
     pub(crate) kappa: f64,
     pub(crate) alpha: f64,
@@ -121,7 +121,9 @@ impl<'t> Exact<'t> {
 
     /// C^N of the path at `h`.
     pub(crate) fn azimuthal_profile(&self, theta_o: f64, h: f64) -> Profile {
-        self.profile_of_offset(theta_o, self.medulla_offset(theta_o, h).abs())
+        let path = self.eta_m < self.eta;
+        let offset = if path { self.path(theta_o, h).medulla_offset() } else { self.medulla_offset(theta_o, h) };
+        self.profile_of_offset(theta_o, offset.abs())
     }
 
     /// C^N of a path of offset |h″|.

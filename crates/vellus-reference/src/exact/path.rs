@@ -29,6 +29,9 @@ impl<'t> Exact<'t> {
     /// not look up the profiles of the scattered lobes. [`Exact::at`] does.
     pub fn path(&self, theta_o: f64, h: f64) -> ExactPath<'_, 't> {
         let o = self;
+        if o.eta_m < o.eta {
+            return o.flat_path([theta_o, 0.0], h);
+        }
         let h_inside = h / o.eta_prime(theta_o);
         let (gamma_o, gamma_t) = (h.asin(), h_inside.asin());
         let cos_t = 1.0 / o.elongation(theta_o);
@@ -128,7 +131,7 @@ impl ExactPath<'_, '_> {
     }
 
     /// h″ with its sign.
-    fn medulla_offset(&self) -> f64 {
+    pub(super) fn medulla_offset(&self) -> f64 {
         if let Some(flat) = &self.flat {
             return flat.offset;
         }

@@ -198,7 +198,7 @@ fn published_windows_are_the_mean_of_the_near_field() {
 fn narrow_published_windows_are_the_near_field() {
     let mut random = Uniform(21);
     for _ in 0..100 {
-        let fiber = random.fiber().with_exit(ScatterExit::Open);
+        let fiber = Fiber { medulla_air: 0.0, ..random.fiber() }.with_exit(ScatterExit::Open);
         let (theta_o, h) = (random.within(-1.3, 1.3), random.within(-0.99, 0.99));
         let narrow = [h - 1e-7, h + 1e-7];
         let (oracle, published) =

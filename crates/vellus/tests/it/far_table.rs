@@ -75,7 +75,7 @@ fn interpolation_is_within_one_per_cent() -> Result<(), vellus::Error> {
     let mut fibers: Vec<Fiber> =
         Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
     let presets = fibers.len();
-    fibers.extend((0..60).map(|i| Fiber { exit: ScatterExit::ALL[i % 2], ..random.fiber() }));
+    fibers.extend((0..60).map(|i| Fiber { exit: ScatterExit::ALL[i % 2], medulla_air: 0.0, ..random.fiber() }));
     for (k, fiber) in fibers.iter().enumerate() {
         let bcsdf = Bcsdf::new(fiber)?;
         let table = far(&bcsdf);
