@@ -36,6 +36,7 @@ impl Bcsdf<'static> {
         debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         let (prepared, wo) = (Owned(self.0), wo.to_array());
         OwnedHit(match window.kind() {
+            window::Kind::Near(h) if prepared.section.is_some() => Kind::Near(Near::bent(prepared, wo, h)),
             window::Kind::Near(h) => Kind::Near(Near::new(prepared, wo, h)),
             window::Kind::Range(range) => {
                 let mut state = Box::new(WindowState::new(&prepared, wo, range));
@@ -93,9 +94,17 @@ impl<'t> Bcsdf<'t> {
     pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
         debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         match window.kind() {
+            window::Kind::Near(h) if self.0.section.is_some() => self.bent(wo, h),
             window::Kind::Near(h) => Hit(Kind::Near(Near::new(&self.0, wo.to_array(), h))),
             window::Kind::Range(range) => self.over(wo, range),
         }
+    }
+
+    /// A near field of a fibre that is not round, or whose medulla contains air.
+    #[cold]
+    #[inline(never)]
+    fn bent(&self, wo: Vec3, h: f32) -> Hit<'_> {
+        Hit(Kind::Near(Near::bent(&self.0, wo.to_array(), h)))
     }
 
     /// Not inlined, so that the near field stays small.
@@ -113,6 +122,7 @@ impl<'t> Bcsdf<'t> {
         let wo = wo.to_array();
         let mut stored;
         let hit = match window.kind() {
+            window::Kind::Near(h) if self.0.section.is_some() => self.bent(Vec3::from_array(wo), h),
             window::Kind::Near(h) => Hit(Kind::Near(Near::new(&self.0, wo, h))),
             window::Kind::Range(range) => {
                 stored = WindowState::new(&self.0, wo, range);
@@ -130,7 +140,17 @@ impl<'t> Bcsdf<'t> {
     pub fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_> {
         debug_assert!(are_unit(wo), "a wo is not a unit vector: {wo:?}");
         // Unlike `max` and `min`, this keeps NaN, as the clamp of a window does.
-        NearHit(Near::new(&self.0, wo, h.clamp(f32x8::splat(-1.0), f32x8::splat(1.0))))
+        let h = h.clamp(f32x8::splat(-1.0), f32x8::splat(1.0));
+        if self.0.section.is_some() {
+            return self.bent8(wo, h);
+        }
+        NearHit(Near::new(&self.0, wo, h))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn bent8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_> {
+        NearHit(Near::bent(&self.0, wo, h))
     }
 }
 

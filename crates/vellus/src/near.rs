@@ -3,7 +3,8 @@
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::{Path, probabilities};
+use crate::cylinder::path::{Path, Route, probabilities};
+use crate::cylinder::section::Bent;
 use crate::exit::diffuse;
 use crate::exit::turn::Turns;
 use crate::lobe::{Component, DIFFUSE, Lobe, Lobes, Sample};
@@ -61,30 +62,25 @@ pub(crate) struct Near<P, V: Lanes = f32> {
 }
 
 impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
+    /// A hit of a round fibre. Callers send other fibres to [`Near::bent`]. To choose here would cost a copy of the hit.
     #[inline(always)]
     pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
-        if prepared.section.is_some() {
-            return Self::bent(prepared, wo, h);
-        }
-        let polar = Polar::new(wo);
-        let path = Path::new(&prepared.in_air, polar.sin, polar.cos, h);
-        Self::along(prepared, wo, polar, h, path)
+        Self::along::<Path<V>>(prepared, wo, h)
     }
 
-    /// The section is no circle of one index. Not inlined, so that the others stay small.
+    /// A hit of a fibre whose section is no circle of one index.
     #[cold]
     #[inline(never)]
-    fn bent(prepared: P, wo: [V; 3], h: V) -> Self {
-        let polar = Polar::new(wo);
-        let inverse = V::splat(1.0) / polar.cos.max(V::splat(1e-12));
-        let toward = Frame::new(wo, polar.cos, inverse).toward();
-        let path = prepared.path([polar.sin, polar.cos], toward, h);
-        Self::along(prepared, wo, polar, h, path)
+    pub fn bent(prepared: P, wo: [V; 3], h: V) -> Self {
+        Self::along::<Bent<V>>(prepared, wo, h)
     }
 
-    /// A hit whose light takes a path.
     #[inline(always)]
-    fn along(prepared: P, wo: [V; 3], Polar { sin, cos }: Polar<V>, h: V, path: Path<V>) -> Self {
+    fn along<R: Route<V>>(prepared: P, wo: [V; 3], h: V) -> Self {
+        let Polar { sin, cos } = Polar::new(wo);
+        let toward = Frame::new(wo, cos, V::splat(1.0) / cos.max(V::splat(1e-12))).toward();
+        let route = R::trace(&prepared, [sin, cos], toward, h);
+        let path = route.path();
         let zero = V::splat(0.0);
         let fiber = &prepared.in_air;
         let mut paths = [0.0; 8];
@@ -108,17 +104,17 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
             },
         );
         let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(path.sin2_t));
-        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
+        let attenuation = route.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
         let centres = prepared.longitudinal.centres(sin, cos);
-        let turns = prepared.turning.as_ref().map(|turning| turning.all(cos, h, &path));
+        let turns = prepared.turning.as_ref().map(|turning| turning.all(cos, h, &route));
         let shift = turns.as_ref().map_or(zero, |(_, [shift, _])| *shift);
         Near {
             prepared,
             turns: turns.map(|(turns, _)| turns),
             frame: Frame::new(wo, cos, path.inverse_cos_o),
             centres,
-            exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
-            scattered_exit: [path.scattered_azimuth(1) + shift, path.scattered_azimuth(2) + shift],
+            exit: V::Quad::new([route.exit_azimuth(0), route.exit_azimuth(1), route.exit_azimuth(2), zero]),
+            scattered_exit: [route.scattered_azimuth(1) + shift, route.scattered_azimuth(2) + shift],
             attenuation,
             probability: probabilities(&attenuation),
             scattered,

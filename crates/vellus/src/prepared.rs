@@ -2,7 +2,6 @@
 
 use crate::cylinder::azimuthal::Azimuthal;
 use crate::cylinder::longitudinal::Longitudinal;
-use crate::cylinder::path::Path;
 use crate::cylinder::section::Section;
 use crate::exit::Reflection;
 use crate::exit::table::ExitTable;
@@ -10,7 +9,6 @@ use crate::exit::turn::Turning;
 use crate::fiber::Fiber;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
-use crate::simd::lanes::Lanes;
 use std::ops::Deref;
 
 /// Everything about a fibre that all its hits need.
@@ -50,16 +48,6 @@ impl Deref for Owned {
 }
 
 impl<'t> Prepared<'t> {
-    /// The path of light that hits at the offset h, from the inclination with this sine and cosine, and from the
-    /// azimuth with the cosine and the sine `toward`.
-    #[inline(always)]
-    pub fn path<V: Lanes>(&self, inclination: [V; 2], toward: [V; 2], h: V) -> Path<V> {
-        match &self.section {
-            None => Path::new(&self.in_air, inclination[0], inclination[1], h),
-            Some(section) => section.path(&self.in_air, inclination, toward, h),
-        }
-    }
-
     /// Whether the section is no circle, so that offsets h and −h differ.
     #[inline(always)]
     pub fn is_flat(&self) -> bool {
@@ -69,6 +57,7 @@ impl<'t> Prepared<'t> {
     /// The fibre must be valid.
     pub fn new(given: &Fiber, tables: &'t Tables) -> Self {
         let fiber = &given.in_air();
+        let section = Section::of(fiber);
         let medulla = Medulla::new(fiber, tables);
         let table = ExitTable::shipped;
         let cone = medulla.cone.as_ref().map(|(cone, _)| cone);
@@ -77,13 +66,13 @@ impl<'t> Prepared<'t> {
         Prepared {
             fiber: *given,
             in_air: *fiber,
-            section: Section::of(fiber),
+            section,
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla,
             reflection,
             turning,
-            fine: fiber.needs_fine_windows() || Section::of(fiber).is_some(),
+            fine: fiber.needs_fine_windows() || section.is_some(),
         }
     }
 }

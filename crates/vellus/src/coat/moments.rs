@@ -35,7 +35,8 @@ impl Shape {
         let prepared = Prepared::new(&fiber.without_absorption(), Tables::shipped());
         let (sin, cos) = THETA.sin_cos();
         let at = offsets().map(|h| {
-            let turns = Near::new(&prepared, [sin, cos, 0.0], h).mean_cosines();
+            let near = if prepared.section.is_some() { Near::bent } else { Near::new };
+            let turns = near(&prepared, [sin, cos, 0.0], h).mean_cosines();
             std::array::from_fn(|p| {
                 // R, TT and TRT keep the inclination, except for their width (Table 2). Scattered light and the rest
                 // leave at any inclination, and as much of it on both sides of the normal plane.

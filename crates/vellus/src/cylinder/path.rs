@@ -2,11 +2,11 @@
 //! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
-use crate::cylinder::section::Bends;
 use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::ScatterExit;
 use crate::lobe::Component;
+use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 
 /// The path of light that entered the fibre at offset h. Lengths are in fibre radii.
@@ -36,9 +36,6 @@ pub(crate) struct Path<V> {
     pub sin2_t: V,
     /// cos γ_o and cos γ_t.
     pub cosines: [V; 2],
-    /// What is different if the section is no circle of one index. γ_o and γ_t are then those of the first exit, with
-    /// what the wall of the medulla turns in γ_t. h′ and h″ are the offsets on the unit circle.
-    pub bends: Option<Bends<V>>,
 }
 
 /// One pass of light through the fibre.
@@ -146,56 +143,88 @@ impl<V: Lanes> Path<V> {
             fresnel: Fresnel { reflected: back * fresnel, transmitted: through * fresnel },
             sin2_t: sin_t * sin_t,
             cosines: [cos_gamma_o, cos_gamma_t],
-            bends: None,
         }
     }
+}
+
+/// The path of light in one kind of fibre. Code for all kinds is compiled for each, so that the others do not slow
+/// round fibres down.
+pub(crate) trait Route<V: Lanes>: Copy {
+    /// The path of light that hits at the offset h, from the inclination with this sine and cosine, and from the
+    /// azimuth with the cosine and the sine `toward`.
+    fn trace(prepared: &Prepared, inclination: [V; 2], toward: [V; 2], h: V) -> Self;
+
+    /// Its angles and lengths. Of other fibres than round ones, γ_o and γ_t are those of the first exit, with what the
+    /// wall of the medulla turns in γ_t, and h′ and h″ are the offsets on the unit circle.
+    fn path(&self) -> &Path<V>;
 
     /// Φₚ(h), the exit azimuth of R, TT, TRT relative to ω_o.
-    #[inline(always)]
-    pub fn exit_azimuth(&self, p: u8) -> V {
-        if let Some(bends) = &self.bends {
-            return bends.exit[usize::from(p)];
-        }
-        exit_azimuth(p, self.gamma_o, self.gamma_t)
-    }
+    fn exit_azimuth(&self, p: u8) -> V;
+
+    /// The exit azimuths of R, TT and TRT at other offsets, for the ends of segments. `path` has the same ω_o.
+    fn exits_at(&self, prepared: &Prepared, inclination: [V; 2], toward: [V; 2], h: V) -> [V; 3];
 
     /// Φˢₚ(h), the azimuth opposite to the direction of the light in its p-th pass (p = 1, 2). It is φ = 0 of the
     /// tables, straight back.
     #[doc(alias = "Eq. 21")]
+    fn scattered_azimuth(&self, p: u8) -> V;
+
+    /// The cosine and the sine of Φˢₚ, p = 1, 2, then those of the azimuth at which the path meets the medulla, for a
+    /// path of offset `h` whose offset in the medulla is `h_medulla`.
+    fn rotations(&self, h: V, h_medulla: V) -> [[V; 2]; 3];
+
+    /// A(h) of the components in RGB and a spare channel: in the order of [`Component`].
+    /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. An `entry` replaces it.
+    #[doc(alias = "Table 3")]
+    fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT];
+}
+
+/// The product of two complex numbers.
+#[inline(always)]
+pub(crate) fn times<V: Lanes>([a, b]: [V; 2], [c, d]: [V; 2]) -> [V; 2] {
+    [a * c - b * d, a * d + b * c]
+}
+
+impl<V: Lanes> Route<V> for Path<V> {
     #[inline(always)]
-    pub fn scattered_azimuth(&self, p: u8) -> V {
-        if let Some(bends) = &self.bends {
-            return bends.scattered[usize::from(p - 1)];
-        }
+    fn trace(prepared: &Prepared, inclination: [V; 2], _toward: [V; 2], h: V) -> Self {
+        Path::new(&prepared.in_air, inclination[0], inclination[1], h)
+    }
+
+    #[inline(always)]
+    fn path(&self) -> &Path<V> {
+        self
+    }
+
+    #[inline(always)]
+    fn exits_at(&self, _prepared: &Prepared, _inclination: [V; 2], _toward: [V; 2], h: V) -> [V; 3] {
+        let [gamma_o, gamma_t] = angles(h, self.inverse_eta);
+        [0, 1, 2].map(|p| exit_azimuth(p, gamma_o, gamma_t))
+    }
+
+    #[inline(always)]
+    fn exit_azimuth(&self, p: u8) -> V {
+        exit_azimuth(p, self.gamma_o, self.gamma_t)
+    }
+
+    #[inline(always)]
+    fn scattered_azimuth(&self, p: u8) -> V {
         let q = f32::from(p - 1);
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
     }
 
-    /// The cosine and the sine of Φˢₚ, p = 1, 2, then those of the azimuth at which the path meets the medulla, for a
-    /// path of offset `h` whose offset in the medulla is `h_medulla`.
     #[inline(always)]
-    pub fn rotations(&self, h: V, h_medulla: V) -> [[V; 2]; 3] {
+    fn rotations(&self, h: V, h_medulla: V) -> [[V; 2]; 3] {
         let ([cos_o, cos_t], one) = (self.cosines, V::splat(1.0));
-        let times = |[a, b]: [V; 2], [c, d]: [V; 2]| [a * c - b * d, a * d + b * c];
         let cos_medulla = ((one - h_medulla) * (one + h_medulla)).max(V::splat(0.0)).sqrt();
         let meets = |first| times(first, [cos_medulla, -h_medulla]);
-        if let Some(bends) = &self.bends {
-            let [first, second] = bends.rotations;
-            return [first, second, meets(first)];
-        }
         let first = times([cos_t, self.h_inside], [cos_o, -h]);
         let [cos, sin] = times(first, times([cos_t, self.h_inside], [cos_t, self.h_inside]));
         [first, [-cos, -sin], meets(first)]
     }
 
-    /// A(h) of the components in RGB and a spare channel: in the order of [`Component`].
-    /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. An `entry` replaces it.
-    #[doc(alias = "Table 3")]
     #[inline(always)]
-    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT] {
-        if let Some(bends) = &self.bends {
-            return bends.attenuation(self, fiber, mean_path, entry);
-        }
+    fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT] {
         let one = V::splat(1.0);
         let quad = V::Quad::splat;
         let Fresnel { reflected: f, transmitted: t } = self.fresnel;

@@ -13,11 +13,12 @@
 //! medulla. Unscattered light of all other paths is even in azimuth, in the rest lobe.
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
-use crate::cylinder::path::{Pass, Path};
+use crate::cylinder::path::{Pass, Path, Route, times};
 use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::ScatterExit;
 use crate::lobe::Component;
+use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 use std::f32::consts::PI;
 use wide::f32x8;
@@ -31,15 +32,16 @@ pub(crate) struct Section {
     medulla: Option<f32>,
 }
 
-/// What the section changes in a [`Path`].
+/// A path in such a section.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bends<V> {
+pub(crate) struct Bent<V> {
+    path: Path<V>,
     /// The exit azimuths of R, TT and TRT relative to ω_o.
-    pub exit: [V; 3],
+    exit: [V; 3],
     /// Φˢ₁ and Φˢ₂.
-    pub scattered: [V; 2],
+    scattered: [V; 2],
     /// The cosine and the sine of Φˢ₁, and those of Φˢ₂.
-    pub rotations: [[V; 2]; 2],
+    rotations: [[V; 2]; 2],
     /// The first and the second pass.
     passes: [Leg<V>; 2],
     /// Whether the medulla has a wall.
@@ -136,10 +138,12 @@ fn moved<V: Lanes>(from: [V; 2], along: [V; 2], by: V) -> [V; 2] {
 impl Section {
     /// The section of a fibre. `None` for a circle of one index.
     pub fn of(fiber: &Fiber) -> Option<Self> {
-        let root = fiber.aspect_ratio.sqrt();
         let medulla = (fiber.medulla_air > 0.0 && fiber.kappa > 0.0).then(|| fiber.medulla_eta());
-        let plain = fiber.aspect_ratio == 1.0 && medulla.is_none();
-        (!plain).then_some(Section { axes: [1.0 / root, root], medulla })
+        if fiber.aspect_ratio == 1.0 && medulla.is_none() {
+            return None;
+        }
+        let root = fiber.aspect_ratio.sqrt();
+        Some(Section { axes: [1.0 / root, root], medulla })
     }
 
     /// A vector over the axes, component by component, with unit length, and its length before.
@@ -254,7 +258,7 @@ impl Section {
 
     /// The path of light from the azimuth with the cosine and the sine `toward`, in the frame of the axes.
     #[inline(never)]
-    pub fn path<V: Lanes>(&self, fiber: &Fiber, [sin_o, cos_o]: [V; 2], toward: [V; 2], h: V) -> Path<V> {
+    pub fn path<V: Lanes>(&self, fiber: &Fiber, [sin_o, cos_o]: [V; 2], toward: [V; 2], h: V) -> Bent<V> {
         let mut path = Path::new(fiber, sin_o, cos_o, h);
         let inner = self.inner(fiber, [sin_o, cos_o], path.inverse_eta);
         if let (Some(inner), Some(index)) = (&inner, self.medulla) {
@@ -308,26 +312,26 @@ impl Section {
             let scale = V::splat(1.0) / (back + through);
             Fresnel { reflected: back * scale, transmitted: through * scale }
         };
+        let inside =
+            ((V::splat(fiber.kappa) - first.offset) * (V::splat(fiber.kappa) + first.offset)).max(V::splat(0.0));
+        let [gamma_m, _] = V::atan2_pair([first.offset; 2], [inside.sqrt(); 2]);
+        let path = Path {
+            h_inside: first.offset,
+            gamma_o: o1,
+            gamma_t: i1 + enters[0],
+            gamma_m,
+            fresnel: reflectance(cos_o0),
+            ..path
+        };
         let relative = |v: [V; 2]| [dot(toward, v), cross(toward, v)];
-        let bends = Bends {
+        Bent {
+            path,
             exit: [-(o0 + o0), back + turns[0] + pi + i1 - o1, reflected + turns[1] + pi + i2 - o2],
             scattered: [back + enters[0], reflected + enters[1]],
             rotations: [relative(first.within), relative(second.within)],
             passes: [first.leg, second.leg],
             walls: inner.is_some(),
             inside: cosines.map(reflectance),
-        };
-        let inside =
-            ((V::splat(fiber.kappa) - first.offset) * (V::splat(fiber.kappa) + first.offset)).max(V::splat(0.0));
-        let [gamma_m, _] = V::atan2_pair([first.offset; 2], [inside.sqrt(); 2]);
-        Path {
-            h_inside: first.offset,
-            gamma_o: o1,
-            gamma_t: i1 + enters[0],
-            gamma_m,
-            fresnel: reflectance(cos_o0),
-            bends: Some(bends),
-            ..path
         }
     }
 
@@ -338,8 +342,8 @@ impl Section {
         // The offset on the circle grows with h. Each step divides the range by seven.
         for step in 0..4 {
             let h = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|i: f32| (low + width * i / 7.0).min(1.0));
-            let path = self.path(fiber, inclination.map(f32x8::splat), toward.map(f32x8::splat), f32x8::new(h));
-            let beyond = path.h_inside.to_array().iter().position(|&x| x >= fiber.kappa);
+            let bent = self.path(fiber, inclination.map(f32x8::splat), toward.map(f32x8::splat), f32x8::new(h));
+            let beyond = bent.path.h_inside.to_array().iter().position(|&x| x >= fiber.kappa);
             match beyond {
                 Some(0) if step == 0 => return None,
                 None if step == 0 => return Some(2.0),
@@ -352,17 +356,40 @@ impl Section {
     }
 }
 
-impl<V: Lanes> Bends<V> {
-    /// A(h) of the components, as [`Path::attenuation`]. R, TT and TRT have the reflectance of their own crossings.
-    /// The rest, from the third pass on, goes through a section as the first pass does, and leaves with the
-    /// transmittance of the entry. The light of all components together is then 1 without absorption.
-    pub fn attenuation(
-        &self,
-        path: &Path<V>,
-        fiber: &Fiber,
-        mean_path: V,
-        entry: Option<&Entry<V>>,
-    ) -> [V::Quad; Component::COUNT] {
+impl<V: Lanes> Route<V> for Bent<V> {
+    fn trace(prepared: &Prepared, inclination: [V; 2], toward: [V; 2], h: V) -> Self {
+        match &prepared.section {
+            Some(section) => section.path(&prepared.in_air, inclination, toward, h),
+            None => unreachable!("only fibres with such a section have these paths"),
+        }
+    }
+
+    fn path(&self) -> &Path<V> {
+        &self.path
+    }
+
+    fn exit_azimuth(&self, p: u8) -> V {
+        self.exit[usize::from(p)]
+    }
+
+    fn exits_at(&self, prepared: &Prepared, inclination: [V; 2], toward: [V; 2], h: V) -> [V; 3] {
+        Self::trace(prepared, inclination, toward, h).exit
+    }
+
+    fn scattered_azimuth(&self, p: u8) -> V {
+        self.scattered[usize::from(p - 1)]
+    }
+
+    fn rotations(&self, _h: V, h_medulla: V) -> [[V; 2]; 3] {
+        let [first, second] = self.rotations;
+        [first, second, times(first, [other(h_medulla), -h_medulla])]
+    }
+
+    /// R, TT and TRT have the reflectance of their own crossings. The rest, from the third pass on, goes through a
+    /// section as the first pass does, and leaves with the transmittance of the entry. The light of all components
+    /// together is then 1 without absorption.
+    fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; Component::COUNT] {
+        let path = &self.path;
         let quad = V::Quad::splat;
         let zero = quad(V::splat(0.0));
         let [one, two] = self.passes.map(|leg| {

@@ -12,7 +12,7 @@
 //! Light that leaves later is uniform in the azimuth if the medulla is thin. A dense medulla keeps it close to where it
 //! entered. Its density is that of a wrapped Cauchy distribution: a uniform one under the same kind of transformation.
 
-use crate::cylinder::path::Path;
+use crate::cylinder::path::{Path, Route, times};
 use crate::exit::table::ExitTable;
 use crate::fiber::Fiber;
 use crate::medulla::cone::Cone;
@@ -86,10 +86,11 @@ impl Turning {
     /// The transformations of a path of offset `h` on the fibre, with α, which is added to Φˢ, and about the angle by
     /// which light that goes straight on is turned.
     #[inline(always)]
-    pub fn all<V: Lanes>(&self, cos_o: V, h: V, path: &Path<V>) -> (Turns<V>, [V; 2]) {
+    pub fn all<V: Lanes>(&self, cos_o: V, h: V, route: &impl Route<V>) -> (Turns<V>, [V; 2]) {
+        let path = route.path();
         let (shift, a) = self.at(cos_o, path);
         let ahead = shift + a[1] + a[1];
-        let [first, second, entry] = path.rotations(h, self.offset(path));
+        let [first, second, entry] = route.rotations(h, self.offset(path));
         // |α| is at most 0.3, so the series are exact to single precision.
         let (one, square) = (V::splat(1.0), shift * shift);
         let cos = one - square * (V::splat(0.5) - square * V::splat(1.0 / 24.0));
@@ -99,12 +100,6 @@ impl Turning {
         let first = [first, second].map(|rotation| Turn { a: times(a, rotation) });
         (Turns { first, later: Turn { a: entry.map(|x| stays * x) } }, [shift, ahead])
     }
-}
-
-/// The product of two complex numbers.
-#[inline(always)]
-fn times<V: Lanes>([a, b]: [V; 2], [c, d]: [V; 2]) -> [V; 2] {
-    [a * c - b * d, a * d + b * c]
 }
 
 impl<V: Lanes> Turn<V> {

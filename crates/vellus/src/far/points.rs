@@ -13,7 +13,7 @@
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::Path;
+use crate::cylinder::path::Route;
 use crate::exit::turn::Turn;
 use crate::far::nodes::Side;
 use crate::far::segments::{Channels, Through, attenuation, sum};
@@ -119,16 +119,16 @@ struct Query<'a, 'b> {
 impl Query<'_, '_> {
     /// Traces paths at offsets h. `mirror`: 1, or −1 for offsets that are mirrored.
     #[inline(always)]
-    fn paths(&self, h: f32x8, mirror: f32x8) -> Path<f32x8> {
+    fn paths<R: Route<f32x8>>(&self, h: f32x8, mirror: f32x8) -> R {
         let is_first = mirror.simd_gt(f32x8::ZERO);
         let [first, second] = self.toward.map(|toward| toward.map(f32x8::splat));
         let toward = [0, 1].map(|i| is_first.select(first[i], second[i]));
-        self.prepared.path([self.polar.sin, self.polar.cos].map(f32x8::splat), toward, h)
+        R::trace(self.prepared, [self.polar.sin, self.polar.cos].map(f32x8::splat), toward, h)
     }
 
     /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in its own lanes.
     #[inline(always)]
-    fn energy(&self, path: &Path<f32x8>, dh: f32x8, first: f32x8) -> [Channels; 2] {
+    fn energy(&self, path: &impl Route<f32x8>, dh: f32x8, first: f32x8) -> [Channels; 2] {
         let a = attenuation(self.prepared, path, Some(self.through));
         let widths = [dh * first, dh * (f32x8::ONE - first)];
         let mut energy = [[f32x8::ZERO; 4]; 2];
@@ -143,7 +143,7 @@ impl Query<'_, '_> {
     /// The exit of TTˢ in its lanes, and of TRTˢ in the others, and the azimuth of light that goes straight on, up to
     /// half a turn.
     #[inline(always)]
-    fn exits(&self, path: &Path<f32x8>, h: f32x8, first: f32x8) -> (Exit, f32x8) {
+    fn exits(&self, path: &impl Route<f32x8>, h: f32x8, first: f32x8) -> (Exit, f32x8) {
         let first = first.simd_gt(f32x8::ZERO);
         let azimuth = first.select(path.scattered_azimuth(1), path.scattered_azimuth(2));
         let Some(turning) = &self.prepared.turning else {
@@ -173,13 +173,13 @@ impl Group {
     /// Prepares [`FEW`] points in place, because a group is large. `sides` states which half the lower and the upper
     /// four lanes belong to. Returns the azimuth of light that goes straight on.
     #[inline(always)]
-    fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) -> [f32; 8] {
+    fn prepare_few<R: Route<f32x8>>(&mut self, query: &Query, sides: [Option<Side>; 2]) -> [f32; 8] {
         let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
         let none = (f32x8::ZERO, f32x8::ZERO);
         let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(FEW.position, FEW.share)));
         let (h, dh) = (lower.select(a.0, b.0), lower.select(a.1, b.1));
         self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
-        let path = query.paths(h, self.mirror);
+        let path: R = query.paths(h, self.mirror);
         let narrow = sides.iter().flatten().all(Side::is_narrow);
         self.look_up(query, &path, narrow);
         self.energy = query.energy(&path, dh, FIRST_OF_FEW);
@@ -190,10 +190,10 @@ impl Group {
 
     /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths
     /// over which their light is spread.
-    fn prepare_some(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
+    fn prepare_some<R: Route<f32x8>>(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
         let (h, dh) = side.points(SOME.position, SOME.share);
         self.mirror = f32x8::splat(mirror);
-        let path = query.paths(h, self.mirror);
+        let path: R = query.paths(h, self.mirror);
         self.look_up(query, &path, side.is_narrow());
         let (exit, ahead) = query.exits(&path, h, FIRST);
         self.exit = exit;
@@ -211,7 +211,7 @@ impl Group {
         let within = SOME.share * f32x8::splat(1.0 / count as f32);
         for (k, exit) in spread.iter_mut().enumerate() {
             let (h, dh) = side.points(within.mul_add(f32x8::splat(k as f32 + 0.5), CELLS), within);
-            let path = query.paths(h, self.mirror);
+            let path: R = query.paths(h, self.mirror);
             let energy = query.energy(&path, dh, FIRST);
             for q in 0..2 {
                 (0..4).for_each(|c| self.energy[q][c] += energy[q][c]);
@@ -226,8 +226,8 @@ impl Group {
     /// Looks up C^N of the paths. In a `narrow` window the lookup is that of the near field. In a wider window nothing
     /// is mirrored, because offsets so close to the axis hardly contribute.
     #[inline(always)]
-    fn look_up(&mut self, query: &Query, path: &Path<f32x8>, narrow: bool) {
-        let angles = path.gamma_m.to_array();
+    fn look_up(&mut self, query: &Query, path: &impl Route<f32x8>, narrow: bool) {
+        let angles = path.path().gamma_m.to_array();
         let mut turned = [0.0; 8];
         for i in 0..8 {
             // The two halves of the far field have the same paths.
@@ -318,7 +318,7 @@ impl Points {
     /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ. Returns this energy. Its last
     /// channel is the sum over the paths of the largest channel of each.
     #[inline(always)]
-    pub fn prepare(
+    pub fn prepare<R: Route<f32x8>>(
         &mut self,
         prepared: &Prepared,
         (polar, toward): (Polar<f32>, [[f32; 2]; 2]),
@@ -337,12 +337,12 @@ impl Points {
         if enough {
             let group = self.groups[0].insert(Group::none());
             // The first and the last point are at 0.11 and 0.89 of a side.
-            let e = group.prepare_few(&query, sides);
+            let e = group.prepare_few::<R>(&query, sides);
             let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
             enough = span < FEW_SPAN * width;
         }
         if !enough {
-            self.prepare_some(&query, sides, width);
+            self.prepare_some::<R>(&query, sides, width);
         }
         let plain = self.groups().all(|(group, exits)| exits.is_empty() && !group.turns);
         self.plain = plain;
@@ -372,7 +372,7 @@ impl Points {
 
     /// [`SOME`] points on each side.
     #[inline(never)]
-    fn prepare_some(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
+    fn prepare_some<R: Route<f32x8>>(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
         // If both sides begin at the axis, one group represents their common part, and another the part that only one
         // of them has.
         let pieces = match sides {
@@ -386,7 +386,7 @@ impl Points {
         self.groups = [None; GROUPS];
         for ((group, exits), (side, mirror, twice)) in self.groups.iter_mut().zip(&mut self.exits).zip(pieces) {
             let group = group.insert(Group::none());
-            group.prepare_some(query, side, mirror, width, exits);
+            group.prepare_some::<R>(query, side, mirror, width, exits);
             group.twice = twice;
         }
     }

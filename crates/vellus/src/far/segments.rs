@@ -9,7 +9,7 @@
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::{Path, angles, exit_azimuth};
+use crate::cylinder::path::Route;
 use crate::exit::Entry;
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
@@ -169,15 +169,15 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
 #[inline(always)]
 pub(crate) fn attenuation(
     prepared: &Prepared,
-    path: &Path<f32x8>,
+    route: &impl Route<f32x8>,
     through: Option<&Through>,
 ) -> [Channels; Component::COUNT] {
     let entry = through.and_then(|through| through.entry.as_ref());
     let mean_paths = match through {
-        Some(through) if entry.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
+        Some(through) if entry.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, route.path().gamma_m),
         _ => f32x8::ZERO,
     };
-    let a = path.attenuation(&prepared.in_air, mean_paths, entry);
+    let a = route.attenuation(&prepared.in_air, mean_paths, entry);
     let mut out = [[f32x8::ZERO; 4]; Component::COUNT];
     for p in 0..Component::COUNT {
         let [r, g, b, _] = a[p].array();
@@ -220,7 +220,7 @@ impl Half {
     /// on which it entered. `toward`: the cosine and the sine of the azimuth of ω_o, mirrored if the offsets are.
     /// `scale` is 1 over the width of the whole window.
     #[inline(always)]
-    pub fn prepare(
+    pub fn prepare<R: Route<f32x8>>(
         &mut self,
         prepared: &Prepared,
         (polar, toward): (Polar<f32>, [f32; 2]),
@@ -233,8 +233,8 @@ impl Half {
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
         let [sin, cos] = [polar.sin, polar.cos].map(splat);
-        let path = |h| prepared.path([sin, cos], toward.map(splat), h);
-        let paths = nodes.gauss.map(path);
+        let toward = toward.map(splat);
+        let paths = nodes.gauss.map(|h| R::trace(prepared, [sin, cos], toward, h));
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
         let mut energy = [f32x4::ZERO; Component::COUNT];
@@ -253,17 +253,13 @@ impl Half {
                 (0..2).for_each(|i| late[i] -= (light * entry[i]).reduce_add());
             }
         }
-        let at_ends = prepared.section.is_some().then(|| path(nodes.ends));
-        let [gamma_o, gamma_t] = angles(nodes.ends, paths[0].inverse_eta);
+        let at_ends = paths[0].exits_at(prepared, [sin, cos], toward, nodes.ends);
         // For each lobe, the ends and the Gauss points of its segments, in standard deviations from its centre.
         let (mut ends, mut points) = ([f32x8::ZERO; 3], [[f32x8::ZERO; 2]; 3]);
         let mut centres = [0.0; 8];
         for p in 0..3 {
             let inverse_sigma = splat(prepared.azimuthal.inverse_sigma[p]);
-            let exit = match &at_ends {
-                Some(path) => path.exit_azimuth(p as u8),
-                None => exit_azimuth(p as u8, gamma_o, gamma_t),
-            };
+            let exit = at_ends[p];
             centres[p] = 0.5 * (exit.lane(0) + exit.lane(7));
             let origin = splat(centres[p]);
             ends[p] = (exit - origin) * inverse_sigma;

@@ -2,7 +2,8 @@
 
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::inverse_eta;
+use crate::cylinder::path::{Path, Route, inverse_eta};
+use crate::cylinder::section::Bent;
 use crate::exit::diffuse;
 use crate::exit::turn::Turn;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
@@ -54,8 +55,15 @@ impl WindowState {
     }
 
     /// Prepares large parts in place.
-    #[inline(never)]
     pub fn prepare(&mut self, prepared: &Prepared) {
+        match prepared.section {
+            None => self.prepare_along::<Path<f32x8>>(prepared),
+            Some(_) => self.prepare_along::<Bent<f32x8>>(prepared),
+        }
+    }
+
+    #[inline(never)]
+    fn prepare_along<R: Route<f32x8>>(&mut self, prepared: &Prepared) {
         let fiber = &prepared.in_air;
         let polar = Polar::new(self.wo);
         let [cos_phi, sin_phi] = self.frame.toward();
@@ -99,7 +107,7 @@ impl WindowState {
             let half = half.insert(Half::NONE);
             let arriving = (polar, toward[*side]);
             let (energy, [along, across]) =
-                half.prepare(prepared, arriving, through.as_ref(), nodes, signs[*side], scale);
+                half.prepare::<R>(prepared, arriving, through.as_ref(), nodes, signs[*side], scale);
             late = [late[0] + along, late[1] + signs[*side].iter().sum::<f32>() * across];
             (0..Component::COUNT).for_each(|p| self.energy[p] += energy[p]);
         }
@@ -114,7 +122,7 @@ impl WindowState {
             let [first, second] = Component::SCATTERED.map(|component| component as usize);
             let scattered = [self.energy[first], self.energy[second]];
             [self.energy[first], self.energy[second]] =
-                self.points.prepare(prepared, (polar, toward), through, both, scattered);
+                self.points.prepare::<R>(prepared, (polar, toward), through, both, scattered);
         }
         self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
     }
