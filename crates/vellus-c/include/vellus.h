@@ -126,6 +126,8 @@ typedef struct VellusParameters {
   float wet;
   // The shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's frame.
   float aspect_ratio;
+  // The share of air in the medulla, in [0, 1]: its index is 1 + (1 - medulla_air)(eta - 1).
+  float medulla_air;
   // sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
   float medulla_pigment;
   // A VellusExit.

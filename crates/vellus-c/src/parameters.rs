@@ -46,6 +46,8 @@ pub struct VellusParameters {
     pub wet: f32,
     /// The shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's frame.
     pub aspect_ratio: f32,
+    /// The share of air in the medulla, in [0, 1]: its index is 1 + (1 - medulla_air)(eta - 1).
+    pub medulla_air: f32,
     /// sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
     pub medulla_pigment: f32,
     /// A VellusExit.
@@ -55,7 +57,8 @@ pub struct VellusParameters {
 impl VellusParameters {
     pub(crate) fn new(fiber: &Fiber) -> Self {
         let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, wet, .. } = *fiber;
-        let (aspect_ratio, medulla_pigment, exit) = (fiber.aspect_ratio, fiber.medulla_pigment, fiber.exit as i32);
+        let (aspect_ratio, medulla_air) = (fiber.aspect_ratio, fiber.medulla_air);
+        let (medulla_pigment, exit) = (fiber.medulla_pigment, fiber.exit as i32);
         VellusParameters {
             eta,
             kappa,
@@ -69,6 +72,7 @@ impl VellusParameters {
             layers,
             wet,
             aspect_ratio,
+            medulla_air,
             medulla_pigment,
             exit,
         }
@@ -81,7 +85,8 @@ impl VellusParameters {
         } = *self;
         let exit = ScatterExit::ALL.into_iter().find(|exit| *exit as i32 == self.exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
-        let (aspect_ratio, medulla_pigment, reflectance) = (self.aspect_ratio, self.medulla_pigment, None);
+        let (aspect_ratio, medulla_air) = (self.aspect_ratio, self.medulla_air);
+        let (medulla_pigment, reflectance) = (self.medulla_pigment, None);
         Ok(Fiber {
             eta,
             kappa,
@@ -95,6 +100,7 @@ impl VellusParameters {
             layers,
             wet,
             aspect_ratio,
+            medulla_air,
             exit,
             medulla_pigment,
             reflectance,
@@ -293,7 +299,8 @@ mod tests {
     #[test]
     fn parameters_there_and_back_are_the_same() {
         for fiber in Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]) {
-            let fiber = Fiber { medulla_pigment: 0.7, wet: 0.4, aspect_ratio: 0.6, sigma_ma: [0.1, 0.2, 0.3], ..fiber };
+            let fiber = Fiber { medulla_pigment: 0.7, wet: 0.4, aspect_ratio: 0.6, medulla_air: 0.3, ..fiber };
+            let fiber = Fiber { sigma_ma: [0.1, 0.2, 0.3], ..fiber };
             assert_eq!(VellusParameters::new(&fiber).fiber().unwrap(), fiber);
         }
         let wrong = VellusParameters { exit: 2, ..VellusParameters::new(&Fiber::hair()) };

@@ -90,7 +90,7 @@ static void fibers(void)
     NULL_POINTER(vellus_fiber_from_parameters(&p, NULL), "out");
     float *fields[] = {&p.eta,      &p.kappa,       &p.alpha,    &p.beta_m,      &p.beta_n, &p.sigma_ca[1],
                        &p.sigma_ms, &p.sigma_ma[2], &p.g,        &p.layers,      &p.medulla_pigment,
-                       &p.wet, &p.aspect_ratio};
+                       &p.wet, &p.aspect_ratio, &p.medulla_air};
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
         const float kept = *fields[i];
         const float wrong[] = {NAN, INFINITY, -INFINITY, -1e9f, 1e9f};

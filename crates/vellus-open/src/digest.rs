@@ -81,6 +81,7 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
         layers,
         wet,
         aspect_ratio,
+        medulla_air,
         exit,
         medulla_pigment,
         reflectance,
@@ -93,6 +94,7 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     let builder = builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name());
     let builder = if wet == 0.0 { builder } else { builder.field("water", wet.to_le_bytes()) };
     let builder = if aspect_ratio == 1.0 { builder } else { builder.field("aspect ratio", aspect_ratio.to_le_bytes()) };
+    let builder = if medulla_air == 0.0 { builder } else { builder.field("medulla air", medulla_air.to_le_bytes()) };
     match reflectance {
         Some(color) => builder.field("reflectance", color.map(f32::to_le_bytes).concat()),
         None => builder,

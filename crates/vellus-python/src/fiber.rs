@@ -27,6 +27,7 @@ use vellus_open::{FiberFormat, FiberSource};
 /// - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
 /// - `aspect_ratio`: shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's
 ///   frame.
+/// - `medulla_air`: share of air in the medulla, in [0, 1], whose index is 1 + (1 - medulla_air)(eta - 1).
 /// - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
 /// - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 ///
@@ -201,6 +202,12 @@ impl Fiber {
     #[getter]
     fn aspect_ratio(&self) -> f64 {
         shortest(self.0.aspect_ratio)
+    }
+
+    /// Share of air in the medulla.
+    #[getter]
+    fn medulla_air(&self) -> f64 {
+        shortest(self.0.medulla_air)
     }
 
     /// Absorption in the medulla over that in the cortex, for colours.

@@ -19,7 +19,7 @@
 const PANEL_GROUPS = [
   ["Gloss", ["beta_m", "beta_n", "wet"]],
   ["Cuticle", ["eta", "layers", "alpha", "aspect_ratio"]],
-  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_pigment", "exit"]],
+  ["Medulla", ["kappa", "sigma_ms", "g", "sigma_ma", "medulla_air", "medulla_pigment", "exit"]],
   ["Cortex", ["sigma_ca"]],
 ];
 

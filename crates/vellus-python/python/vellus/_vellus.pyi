@@ -50,6 +50,7 @@ class Fiber:
     - `wet`: share of water around the fibre, in [0, 1]. Colours are those of dry fur.
     - `aspect_ratio`: shorter axis of the section over the longer one, in [0.4, 1]. The longer axis is y of the fibre's
       frame.
+    - `medulla_air`: share of air in the medulla, in [0, 1], whose index is 1 + (1 - medulla_air)(eta - 1).
     - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
     - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
 
@@ -83,6 +84,7 @@ class Fiber:
         layers: SupportsFloat | None = None,
         wet: SupportsFloat | None = None,
         aspect_ratio: SupportsFloat | None = None,
+        medulla_air: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,
@@ -128,6 +130,9 @@ class Fiber:
     def aspect_ratio(self) -> float:
         """Shorter axis of the section over the longer one."""
     @property
+    def medulla_air(self) -> float:
+        """Share of air in the medulla."""
+    @property
     def medulla_pigment(self) -> float:
         """Absorption in the medulla over that in the cortex, for colours."""
     @property
@@ -148,6 +153,7 @@ class Fiber:
         layers: SupportsFloat | None = None,
         wet: SupportsFloat | None = None,
         aspect_ratio: SupportsFloat | None = None,
+        medulla_air: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
         medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | str | None = None,

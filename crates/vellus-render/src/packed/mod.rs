@@ -108,8 +108,8 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, fibres that are not round, a radiance cache, and hierarchies that need a
-    /// larger stack than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, fibres that are not round or have air in the medulla, a radiance cache, and
+    /// hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
@@ -124,6 +124,9 @@ impl World {
         }
         if geometry.looks.iter().any(|look| look.fiber.aspect_ratio < 1.0) {
             return Err("fibres that are not round (aspect_ratio)".to_owned());
+        }
+        if geometry.looks.iter().any(|look| look.fiber.medulla_air > 0.0) {
+            return Err("fibres with air in the medulla (medulla_air)".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());

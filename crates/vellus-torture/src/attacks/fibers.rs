@@ -141,6 +141,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         layers: if dice.chance(0.5) { value(dice, 0.0, 20.0) } else { value(dice, 0.0, 2.0) },
         medulla_pigment: Fiber::hair().medulla_pigment,
         wet: 0.0,
+        medulla_air: if dice.chance(0.3) { value(dice, 0.0, 1.0) } else { 0.0 },
         aspect_ratio: if dice.chance(0.3) { value(dice, 0.4, 1.0) } else { 1.0 },
         reflectance: None,
     };

@@ -381,7 +381,7 @@ impl Parameter {
         match self {
             Parameter::SigmaCa | Parameter::SigmaMa => fiber.reflectance.is_none(),
             // They are written only if they were given.
-            Parameter::Wet | Parameter::AspectRatio | Parameter::MedullaPigment => {
+            Parameter::Wet | Parameter::AspectRatio | Parameter::MedullaAir | Parameter::MedullaPigment => {
                 self.get(fiber) != self.default_value()
             }
             _ => self.get(fiber).is_some(),

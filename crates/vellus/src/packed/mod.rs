@@ -20,9 +20,14 @@ pub use tables::{PackedTables, tables};
 /// # Errors
 /// [`Error::OutOfRange`] if its section is not a circle of one index.
 pub fn supports(fiber: &Fiber) -> Result<(), Error> {
-    if fiber.aspect_ratio == 1.0 {
-        return Ok(());
+    let refuse = |name: &str, value: f32, range: &str| {
+        Err(Error::OutOfRange { name: name.to_owned(), value: shortest(value), range: range.to_owned() })
+    };
+    if fiber.aspect_ratio < 1.0 {
+        return refuse("aspect_ratio", fiber.aspect_ratio, "it must be 1, because shaders have round fibres only");
     }
-    let range = "it must be 1, because shaders have round fibres only".to_owned();
-    Err(Error::OutOfRange { name: "aspect_ratio".to_owned(), value: shortest(fiber.aspect_ratio), range })
+    if fiber.medulla_air > 0.0 {
+        return refuse("medulla_air", fiber.medulla_air, "it must be 0: shaders have medullas without air only");
+    }
+    Ok(())
 }
