@@ -46,11 +46,13 @@ impl Vector {
     }
 }
 
-/// The columns of the fibres: a name, the exit, then the stored parameters in the units of files. All are round.
+/// The columns of the fibres: a name, the exit, then the stored parameters in the units of files. All are round,
+/// and without air in the medulla.
 pub fn fiber_columns() -> Vec<String> {
     let stored = Parameter::ALL
         .into_iter()
-        .filter(|p| p.default_value().is_some() && p.varies() && *p != Parameter::MedullaPigment);
+        .filter(|p| p.default_value().is_some() && p.varies())
+        .filter(|p| !matches!(p, Parameter::MedullaPigment | Parameter::MedullaAir));
     let names = stored.flat_map(|p| (0..p.channels()).map(move |c| p.channel_name(c)));
     ["name", "exit"].map(str::to_owned).into_iter().chain(names).collect()
 }

@@ -10,10 +10,9 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
 
 /// A table of the presets, and of the fibres of Yan17 Table 4. All are grey, so one channel is enough.
 pub fn presets() -> String {
-    // All presets are dry, and have the same pigment in the medulla. The notes say how light leaves them.
-    let is_shown = |p: &Parameter| {
-        p.default_value().is_some() && p.varies() && !matches!(p, Parameter::Wet | Parameter::MedullaPigment)
-    };
+    // All presets are dry, without air, and have the same pigment in the medulla. The notes say how light leaves them.
+    let alike = [Parameter::Wet, Parameter::MedullaAir, Parameter::MedullaPigment];
+    let is_shown = |p: &Parameter| p.default_value().is_some() && p.varies() && !alike.contains(p);
     let stored = || Parameter::ALL.into_iter().filter(is_shown);
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
     let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];

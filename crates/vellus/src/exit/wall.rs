@@ -10,7 +10,7 @@ use crate::fiber::Fiber;
 use wide::f32x8;
 
 /// Midpoints over the inclinations and the offsets of a state.
-const POINTS: [usize; 2] = [6, 4];
+const POINTS: [usize; 2] = [4, 3];
 
 /// Means over each state, weighted by cos²θ′.
 pub(crate) struct Walls {

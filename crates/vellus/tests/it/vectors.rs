@@ -22,7 +22,7 @@ fn fibers() -> Vec<(String, Fiber)> {
     }
     fibers.push(("red-fox-wet".to_owned(), Fiber { wet: 1.0, ..Fiber::preset(Species::RedFox) }));
     while fibers.len() < FIBERS {
-        fibers.push((format!("random-{}", fibers.len()), random.any_fiber()));
+        fibers.push((format!("random-{}", fibers.len()), Fiber { medulla_air: 0.0, ..random.any_fiber() }));
     }
     fibers
 }
