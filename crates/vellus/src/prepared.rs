@@ -72,7 +72,7 @@ impl<'t> Prepared<'t> {
             medulla,
             reflection,
             turning,
-            fine: fiber.needs_fine_windows() || section.is_some(),
+            fine: fiber.needs_fine_windows() || fiber.aspect_ratio < 1.0,
         }
     }
 }

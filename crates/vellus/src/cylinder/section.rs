@@ -13,7 +13,7 @@
 //! medulla. Unscattered light of all other paths is even in azimuth, in the rest lobe.
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
-use crate::cylinder::path::{Pass, Path, Route, times};
+use crate::cylinder::path::{Pass, Path, Route, inverse_eta, times};
 use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::ScatterExit;
@@ -338,6 +338,9 @@ impl Section {
     /// The offset h ≥ 0 beyond which light of one direction misses the medulla in its first pass. It is above 1 if
     /// there is no such offset, and `None` if all offsets ≥ 0 miss it.
     pub fn edge(&self, fiber: &Fiber, inclination: [f32; 2], toward: [f32; 2]) -> Option<f32> {
+        if let (true, Some(index)) = (self.axes[0] == self.axes[1], self.medulla) {
+            return Some(fiber.kappa / inverse_eta(index, inclination[1]).max(f32::MIN_POSITIVE));
+        }
         let (mut low, mut width) = (0.0, 1.0);
         // The offset on the circle grows with h. Each step divides the range by seven.
         for step in 0..4 {
