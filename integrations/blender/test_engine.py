@@ -249,6 +249,32 @@ def test_presets_of_the_node_group_are_those_of_vellus():
     assert render("fur")[..., :3].mean() > 0.01
 
 
+def test_the_aspect_ratio_is_one_number_for_a_look():
+    group, hook, render_module = modules()
+    scene = furry(20)
+    owner = bpy.data.objects["fur"]
+    scene.view_layers[0].objects.active = owner
+    owner.data.materials.clear()
+    assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    (material,) = owner.data.materials
+    node = hook.surface_node(material)
+    node.inputs["Aspect Ratio"].default_value = 0.6
+    look = hook.look_of(material)
+    assert np.isclose(render_module.fiber_of(look.values).aspect_ratio, 0.6) and not look.warnings
+    # Neither an attribute that the material reads nor one of the strands changes it.
+    attribute = material.node_tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = "flatness"
+    material.node_tree.links.new(attribute.outputs["Fac"], node.inputs["Aspect Ratio"])
+    look = hook.look_of(material)
+    assert not look.attributes and "only its constant is used" in " ".join(look.warnings), look.warnings
+    values, found = np.full(20, 0.5, np.float32), []
+    part = {"name": "fur", "counts": np.full(20, 6), "attributes": {"vellus:aspect_ratio": ("CURVE", values)}}
+    nothing = {"random": (0, 0), "attributes": {}}
+    assert render_module.parameters_of(part, nothing, found.append) == {}
+    assert found == ["fur: vellus:aspect_ratio cannot vary between strands, and is ignored"]
+    assert render("flat")[..., :3].mean() > 0.01
+
+
 def test_a_missing_image_is_a_warning():
     _, hook, _ = modules()
     furry(20)

@@ -133,6 +133,38 @@ def test_particle_hair_has_children_radii_and_uv():
     assert abs(strands["radii"][1] - 0.005) < 1e-6
 
 
+def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
+    empty()
+    owner = hair("fur", [[(0, 0, 0), (1, 0, 0)]])
+    material = bpy.data.materials.new("flat")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfHairPrincipled", "OutputMaterial"))
+    number = tree.nodes.new("ShaderNodeValue")
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    node.model = "HUANG"
+    owner.data.materials.append(material)
+    warnings = "\n".join(read().warnings)
+    assert "Huang" in warnings and "aspect" not in warnings, warnings
+    # Blender's default, a value, one above 1, where Cycles exchanges the axes, and two that are too flat for Vellus.
+    expected = ((None, 0.85, ""), (0.625, 0.625, ""), (1.6, 0.625, ""))
+    expected += ((0.25, 0.4, "Aspect Ratio 0.25 is flatter than 0.4"), (3.0, 0.4, "Aspect Ratio 3 is flatter than 0.4"))
+    for value, ratio, warning in expected:
+        if value is not None:
+            number.outputs[0].default_value = value
+            tree.links.new(number.outputs[0], node.inputs["Aspect Ratio"])
+        found = read()
+        (look,) = found.looks.values()
+        assert np.isclose(look["values"]["aspect_ratio"], ratio), (value, look["values"])
+        assert ("flatter" in "".join(found.warnings)) == bool(warning) and warning in "".join(found.warnings), value
+    # The model Chiang has round fibres.
+    node.model = "CHIANG"
+    (look,) = read().looks.values()
+    assert "aspect_ratio" not in look["values"]
+
+
 def test_scenes_without_a_camera_or_without_anything_have_one_message():
     for remove_camera, word in ((True, "no camera"), (False, "nothing to render")):
         scene = empty()

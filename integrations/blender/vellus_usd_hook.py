@@ -47,7 +47,12 @@ SOCKETS = {
     "beta_m": "Roughness Along",
     "beta_n": "Roughness Around",
     "wet": "Wetness",
+    "aspect_ratio": "Aspect Ratio",
 }
+# A part of the strands' shape: one number for a look.
+FIXED = {"aspect_ratio"}
+# Vellus' lowest ratio of axes.
+FLATTEST = 0.4
 USE_COLOR = "Use Color"
 
 
@@ -126,6 +131,16 @@ def parameters(node):
     }
 
 
+def aspect_ratio(look, node):
+    """The shorter axis of the section over the longer one, of the model Huang."""
+    value = constant(node.inputs["Aspect Ratio"])
+    # Above 1, Cycles exchanges the axes.
+    ratio = 1 / value if value > 1 else value
+    if ratio < FLATTEST:
+        look.warnings.append(f"Aspect Ratio {value:g} is flatter than {FLATTEST}, which is used instead")
+    return max(ratio, FLATTEST)
+
+
 def source(socket):
     """The node that feeds an input, past reroutes. `None` if nothing does."""
     while socket.is_linked and socket.links[0].from_node.bl_idname == "NodeReroute":
@@ -189,7 +204,7 @@ def read_fur(look, node):
         if parameter == "reflectance":
             value = [min(max(c, 0.001), 0.999) for c in value[:3]]
         look.values[parameter] = value
-        connections(look, node.inputs[name], parameter)
+        connections(look, node.inputs[name], None if parameter in FIXED else parameter)
 
 
 def read_principled(look, node):
@@ -205,7 +220,8 @@ def read_principled(look, node):
     random_color = inputs["Random Color"].default_value if node.parametrization == "MELANIN" else 0.0
     look.random = (random_color, inputs["Random Roughness"].default_value)
     if node.model == "HUANG":
-        look.warnings.append("the model Huang is mapped to the formulas of Chiang, and its aspect ratio is ignored")
+        look.values["aspect_ratio"] = aspect_ratio(look, node)
+        look.warnings.append("the model Huang is mapped to the formulas of Chiang")
         for lobe in ("Reflection", "Transmission", "Secondary Reflection"):
             if inputs[lobe].default_value != 1:
                 look.warnings.append(f"the strength of {lobe} is ignored")

@@ -7,7 +7,7 @@ import numpy as np
 import vellus
 
 from .extract import Problem
-from .hook import roughness_of
+from .hook import FIXED, roughness_of
 
 # Ranges of the roughnesses, in degrees.
 ROUGHNESS = {"beta_m": (0.1, 90.0), "beta_n": (0.1, 90.0)}
@@ -56,6 +56,9 @@ def parameters_of(part, look, warn):
         parameter = name.removeprefix("vellus:") if name.startswith("vellus:") else look["attributes"].get(name)
         if parameter not in table:
             warn(f"{part['name']}: {name} is no parameter of a fibre, and is ignored")
+            continue
+        if parameter in FIXED:
+            warn(f"{part['name']}: {name} cannot vary between strands, and is ignored")
             continue
         channels = table[parameter]["channels"]
         if channels > 1 and values.ndim == 1:

@@ -212,6 +212,7 @@ fn check_principled_hair(file: &Path) {
     let fiber = look(&reading.scene, "/melanin").fiber;
     melanin_and_color(0.4).into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, expected));
     near(fiber.beta_m, 0.42032);
+    assert_eq!(fiber.aspect_ratio, 0.625);
     // Custom properties choose a fibre with a medulla, so that the colour is that of the coat.
     let fiber = look(&reading.scene, "/colored").fiber;
     let mut expected = FiberBuilder::new(Fiber { alpha: fiber.alpha, beta_m: fiber.beta_m, ..fiber });
