@@ -133,7 +133,8 @@ def test_particle_hair_has_children_radii_and_uv():
     assert abs(strands["radii"][1] - 0.005) < 1e-6
 
 
-def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
+def hair_with_nodes():
+    """One strand with a Principled Hair of the model Huang, whose node is returned with its tree."""
     empty()
     owner = hair("fur", [[(0, 0, 0), (1, 0, 0)]])
     material = bpy.data.materials.new("flat")
@@ -142,10 +143,15 @@ def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
     tree = material.node_tree
     tree.nodes.clear()
     node, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfHairPrincipled", "OutputMaterial"))
-    number = tree.nodes.new("ShaderNodeValue")
     tree.links.new(node.outputs[0], output.inputs["Surface"])
     node.model = "HUANG"
     owner.data.materials.append(material)
+    return node, tree
+
+
+def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
+    node, tree = hair_with_nodes()
+    number = tree.nodes.new("ShaderNodeValue")
     warnings = "\n".join(read().warnings)
     assert "Huang" in warnings and "aspect" not in warnings, warnings
     # Blender's default, a value, one above 1, where Cycles exchanges the axes, and two that are too flat for Vellus.
@@ -163,6 +169,36 @@ def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
     node.model = "CHIANG"
     (look,) = read().looks.values()
     assert "aspect_ratio" not in look["values"]
+
+
+def test_absorption_of_flat_hair_is_per_radius_of_the_circle_of_the_same_area():
+    node, tree = hair_with_nodes()
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("color", 4, 4, float_buffer=True)
+    texture.image.pixels.foreach_set(np.full(64, 0.5, np.float32))
+    inputs = (
+        ("ABSORPTION", {"Absorption Coefficient": (0.1, 0.2, 0.4)}),
+        ("COLOR", {"Color": (0.9, 0.6, 0.4, 1)}),
+        ("MELANIN", {"Melanin": 0.3, "Tint": (0.9, 0.6, 0.4, 1)}),
+    )
+    for kind, values in inputs:
+        node.parametrization = kind
+        for name, value in values.items():
+            node.inputs[name].default_value = value
+        found = []
+        for ratio in (1.0, 0.64):
+            node.inputs["Aspect Ratio"].default_value = ratio
+            (look,) = read().looks.values()
+            found.append([look["values"]["sigma_ca"]])
+            if look["melanin"]:
+                found[-1].append(look["melanin"][1])
+            else:
+                link = tree.links.new(texture.outputs[0], node.inputs[name])
+                (look,) = read().looks.values()
+                found[-1].append(look["images"]["sigma_ca"])
+                tree.links.remove(link)
+        for round_, flat in zip(*found):
+            assert np.min(round_) > 0 and np.allclose(flat, 0.8 * np.array(round_)), kind
 
 
 def test_scenes_without_a_camera_or_without_anything_have_one_message():

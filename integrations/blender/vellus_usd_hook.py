@@ -62,7 +62,8 @@ class Look:
 
     `values` has constants by parameter, and perhaps `preset`. `images` has images, and `attributes` has names of
     attributes, by parameter. `random` has the strengths of random colour and roughness of Principled Hair, and
-    `melanin` its input Melanin and the absorption by the pigments alone, which the random colour changes.
+    `melanin` its input Melanin and the absorption by the pigments alone, which the random colour changes. Absorption
+    in images and attributes gets the factor `absorption_factor`.
     """
 
     values: dict = field(default_factory=dict)
@@ -70,6 +71,7 @@ class Look:
     attributes: dict = field(default_factory=dict)
     random: tuple = (0.0, 0.0)
     melanin: tuple = None
+    absorption_factor: float = 1.0
     node: object = None
     warnings: list = field(default_factory=list)
 
@@ -85,21 +87,40 @@ def absorption_scale(b):
     return 5.969 - 0.215 * b + 2.532 * b**2 - 10.73 * b**3 + 5.574 * b**4 + 0.245 * b**5
 
 
+def ratio_of_axes(node):
+    """The shorter axis of the section over the longer one. Only the model Huang has it."""
+    if node.model != "HUANG":
+        return 1.0
+    value = constant(node.inputs["Aspect Ratio"])
+    # Above 1, Cycles exchanges the axes.
+    return 1 / value if value > 1 else value
+
+
+def absorption_factor(node):
+    """What Vellus multiplies an absorption of Cycles by.
+
+    In Cycles it is per half of the longer axis, in Vellus per radius of the circle of the same area.
+    """
+    return math.sqrt(max(ratio_of_axes(node), FLATTEST))
+
+
 def melanin_absorption(node):
-    """Absorption per radius of the pigments alone."""
+    """Absorption of the pigments alone, as in Cycles."""
     amount = -math.log(max(1 - node.inputs["Melanin"].default_value, 1e-4))
     redness = node.inputs["Melanin Redness"].default_value
     return [amount * ((1 - redness) * e + redness * p) for e, p in zip(EUMELANIN, PHEOMELANIN)]
 
 
 def absorption(node, radial):
-    """Absorption per radius, of the parametrization that the node has."""
+    """Absorption of the parametrization that the node has."""
     if node.parametrization == "ABSORPTION":
-        return list(node.inputs["Absorption Coefficient"].default_value)[:3]
-    if node.parametrization == "COLOR":
-        return absorption_of_color(constant(node.inputs["Color"]), radial)
-    tint = absorption_of_color(constant(node.inputs["Tint"]), radial)
-    return [m + t for m, t in zip(melanin_absorption(node), tint)]
+        found = list(node.inputs["Absorption Coefficient"].default_value)[:3]
+    elif node.parametrization == "COLOR":
+        found = absorption_of_color(constant(node.inputs["Color"]), radial)
+    else:
+        tint = absorption_of_color(constant(node.inputs["Tint"]), radial)
+        found = [m + t for m, t in zip(melanin_absorption(node), tint)]
+    return [x * absorption_factor(node) for x in found]
 
 
 def roughness_of(along, radial):
@@ -129,16 +150,6 @@ def parameters(node):
         "beta_n": min(max(beta_n, 0.1), 90.0),
         "sigma_ca": absorption(node, radial),
     }
-
-
-def aspect_ratio(look, node):
-    """The shorter axis of the section over the longer one, of the model Huang."""
-    value = constant(node.inputs["Aspect Ratio"])
-    # Above 1, Cycles exchanges the axes.
-    ratio = 1 / value if value > 1 else value
-    if ratio < FLATTEST:
-        look.warnings.append(f"Aspect Ratio {value:g} is flatter than {FLATTEST}, which is used instead")
-    return max(ratio, FLATTEST)
 
 
 def source(socket):
@@ -210,17 +221,23 @@ def read_fur(look, node):
 def read_principled(look, node):
     """Reads Principled Hair BSDF."""
     look.values.update(parameters(node))
+    look.absorption_factor = absorption_factor(node)
     targets = {"Absorption Coefficient": "sigma_ca", "Color": "hair_reflectance", "IOR": "eta"}
     for socket in node.inputs:
         if socket.enabled:
             connections(look, socket, targets.get(socket.name))
     inputs = node.inputs
     if node.parametrization == "MELANIN":
-        look.melanin = (inputs["Melanin"].default_value, melanin_absorption(node))
+        pigments = [x * look.absorption_factor for x in melanin_absorption(node)]
+        look.melanin = (inputs["Melanin"].default_value, pigments)
     random_color = inputs["Random Color"].default_value if node.parametrization == "MELANIN" else 0.0
     look.random = (random_color, inputs["Random Roughness"].default_value)
     if node.model == "HUANG":
-        look.values["aspect_ratio"] = aspect_ratio(look, node)
+        ratio = ratio_of_axes(node)
+        if ratio < FLATTEST:
+            value = constant(inputs["Aspect Ratio"])
+            look.warnings.append(f"Aspect Ratio {value:g} is flatter than {FLATTEST}, which is used instead")
+        look.values["aspect_ratio"] = max(ratio, FLATTEST)
         look.warnings.append("the model Huang is mapped to the formulas of Chiang")
         for lobe in ("Reflection", "Transmission", "Secondary Reflection"):
             if inputs[lobe].default_value != 1:
@@ -308,6 +325,9 @@ class VellusUsdHook(bpy.types.USDHook):
             print(f"vellus: {material.name}: {warning}")
         if any(look.random):
             print(f"vellus: {material.name}: random colour and roughness are not written")
+        unscaled = "hair_reflectance" in look.images or {"hair_reflectance", "sigma_ca"} & set(look.attributes)
+        if unscaled and look.absorption_factor != 1:
+            print(f"vellus: {material.name}: attributes and images of colours make flat hair darker than in Cycles")
         stage = context.get_stage()
         shader = UsdShade.Shader.Define(stage, usd_material.GetPath().AppendChild("VellusFur"))
         shader.CreateIdAttr("VellusFur")
@@ -323,6 +343,8 @@ class VellusUsdHook(bpy.types.USDHook):
                 "wrapS": (kinds.Token, "repeat"),
                 "wrapT": (kinds.Token, "repeat"),
             }
+            if name == "sigma_ca" and look.absorption_factor != 1:
+                inputs["scale"] = (kinds.Float4, Gf.Vec4f(*[look.absorption_factor] * 3, 1))
             connect(stage, shader, name, "UsdUVTexture", inputs)
         for name, attribute in look.attributes.items():
             reader = "UsdPrimvarReader_float3" if name in COLORS else "UsdPrimvarReader_float"

@@ -48,6 +48,14 @@ def random_parameters(look, name, count):
     return out
 
 
+def as_in_cycles(parameter, values, factor):
+    """Values of an attribute that give the absorption of Cycles times a factor."""
+    if parameter == "sigma_ca":
+        return values * factor
+    # The absorption of a colour is the square of its logarithm.
+    return np.maximum(values, 0) ** np.sqrt(factor) if parameter == "hair_reflectance" else values
+
+
 def parameters_of(part, look, warn):
     """Parameters of strands by name: attributes `vellus:NAME`, those that the material reads, and random ones."""
     out = random_parameters(look, part["name"], len(part["counts"]))
@@ -65,6 +73,8 @@ def parameters_of(part, look, warn):
             values = np.repeat(values[:, None], channels, 1)
         elif channels == 1 and values.ndim > 1:
             values = values[:, 0]
+        if not name.startswith("vellus:"):
+            values = as_in_cycles(parameter, values, look["absorption_factor"])
         low, high = table[parameter]["range"]
         limited = np.clip(np.nan_to_num(values), low, high)
         if not np.array_equal(limited, values):
