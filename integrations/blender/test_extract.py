@@ -201,6 +201,40 @@ def test_absorption_of_flat_hair_is_per_radius_of_the_circle_of_the_same_area():
             assert np.min(round_) > 0 and np.allclose(flat, 0.8 * np.array(round_)), kind
 
 
+def test_normals_of_flat_hair_are_its_shorter_axes():
+    node, _ = hair_with_nodes()
+    owner = bpy.data.objects["fur"]
+    node.inputs["Aspect Ratio"].default_value = 0.6
+    # A scale that is not uniform: normals stay perpendicular to the strand and to Blender's normals.
+    owner.scale, owner.rotation_euler = (1, 3, 2), (0, 0, 0.5)
+    data = owner.data
+    points = np.array([(0, 0, 0), (1, 0, 0), (2, 0.5, 0)], np.float32)
+    data.resize_curves([3])
+    data.position_data.foreach_set("vector", points.ravel())
+    free = 2
+    data.attributes.new("normal_mode", "INT8", "CURVE").data.foreach_set("value", np.array([free], np.int8))
+    custom = data.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT").data
+    longer = np.tile(np.array([0, 0.6, 0.8], np.float32), (3, 1))
+    custom.foreach_set("vector", longer.ravel())
+    for side, away in (("left", -0.1), ("right", 0.1)):
+        handles = (points + np.array([away, 0, 0], np.float32)).ravel()
+        data.attributes.new(f"handle_{side}", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", handles)
+    parts = (("CATMULL_ROM", 5, slice(1, 4)), ("POLY", 3, slice(0, 3)), ("BEZIER", 7, slice(0, 7, 3)))
+    for kind, count, of_points in parts:
+        data.set_types(type=kind)
+        (strands,) = read().strands
+        normals = strands["normals"]
+        assert normals.shape == (count, 3) and np.allclose(np.linalg.norm(normals, axis=1), 1)
+        along = points[[1, 2, 2]] - points[[0, 0, 1]]
+        for vectors in (along, longer):
+            moved = vectors @ np.array(owner.matrix_world)[:3, :3].T
+            assert np.abs((moved * normals[of_points]).sum(1)).max() < 1e-5, kind
+    # Round hair needs none.
+    node.inputs["Aspect Ratio"].default_value = 1.0
+    (strands,) = read().strands
+    assert strands["normals"] is None
+
+
 def test_scenes_without_a_camera_or_without_anything_have_one_message():
     for remove_camera, word in ((True, "no camera"), (False, "nothing to render")):
         scene = empty()

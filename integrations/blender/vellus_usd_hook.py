@@ -16,15 +16,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 try:
     # Usd must be loaded before Blender passes a stage to the hook, or Blender aborts.
-    from pxr import Gf, Sdf, Usd, UsdShade  # noqa: F401
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt  # noqa: F401
 except ImportError:
     # In the Python package bpy, unlike in Blender, the bundled OpenUSD is not on the path.
     version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
     sys.path.append(str(Path(bpy.utils.resource_path("LOCAL")) / "python/lib" / version / "site-packages"))
-    from pxr import Gf, Sdf, Usd, UsdShade  # noqa: F401
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt  # noqa: F401
 
 # Pigments per unit of concentration (d'Eon et al. 2011), which Blender uses.
 EUMELANIN = (0.506, 0.841, 1.653)
@@ -281,6 +282,31 @@ def look_of(material):
     return look
 
 
+def is_flat(values):
+    """Whether the values of a look make fibres that are not round."""
+    return values.get("aspect_ratio", 1.0) != 1.0
+
+
+def shorter_axes(curves):
+    """The direction of the shorter axis at each point of evaluated hair curves, (n, 3).
+
+    In Cycles the normals of curves are the longer axis.
+    """
+    offsets = np.empty(len(curves.curve_offset_data), np.int32)
+    curves.curve_offset_data.foreach_get("value", offsets)
+    points = np.empty((len(curves.position_data), 3), np.float32)
+    curves.position_data.foreach_get("vector", points.ravel())
+    counts, each = np.diff(offsets), np.arange(len(points))
+    before = np.maximum(each - 1, np.repeat(offsets[:-1], counts))
+    after = np.minimum(each + 1, np.repeat(offsets[1:] - 1, counts))
+    # foreach_get would read memory that Blender has freed: it makes the normals when they are asked for.
+    longer = np.array([normal.vector[:] for normal in curves.normals], np.float32).reshape(-1, 3)
+    with np.errstate(invalid="ignore"):
+        axes = np.cross(points[after] - points[before], longer)
+        length = np.linalg.norm(axes, axis=1, keepdims=True)
+        return np.nan_to_num(axes / np.where(length > 0, length, 1))
+
+
 def write_value(shader, name, value):
     """Creates an input with a constant."""
     if isinstance(value, str):
@@ -307,6 +333,20 @@ def connect(stage, shader, name, node_id, inputs):
     kind = Sdf.ValueTypeNames.Color3f if is_color else Sdf.ValueTypeNames.Float
     port = ("rgb" if is_color else "r") if node_id == "UsdUVTexture" else "result"
     shader.CreateInput(name, kind).ConnectToSource(reader.CreateOutput(port, kind))
+
+
+def write_normals(prim, owner, depsgraph):
+    """Gives the curves of an object their normals, the shorter axes, if its look is flat."""
+    material = owner.material_slots[0].material if len(owner.material_slots) else None
+    look, points = look_of(material), prim.GetPointsAttr()
+    # The depsgraph is at one frame.
+    if look is None or not is_flat(look.values) or points.ValueMightBeTimeVarying():
+        return
+    axes = shorter_axes(owner.evaluated_get(depsgraph).data)
+    # Curves of Bézier have more points in USD.
+    if len(axes) == len(points.Get()):
+        prim.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(axes))
+        prim.SetNormalsInterpolation("vertex")
 
 
 class VellusUsdHook(bpy.types.USDHook):
@@ -351,6 +391,17 @@ class VellusUsdHook(bpy.types.USDHook):
             connect(stage, shader, name, reader, {"varname": (kinds.String, attribute)})
         output = shader.CreateOutput("surface", Sdf.ValueTypeNames.Token)
         usd_material.CreateSurfaceOutput("vellus").ConnectToSource(output)
+        return True
+
+    @staticmethod
+    def on_export(context):
+        # Older versions of Blender do not say which object a prim is of.
+        prims = context.get_prim_map() if hasattr(context, "get_prim_map") else {}
+        for path, made_of in prims.items():
+            curves = UsdGeom.BasisCurves(context.get_stage().GetPrimAtPath(path))
+            for owner in [*made_of, *prims.get(path.GetParentPath(), ())] if curves else ():
+                if isinstance(owner, bpy.types.Object) and owner.type == "CURVES":
+                    write_normals(curves, owner, context.get_depsgraph())
         return True
 
 

@@ -123,6 +123,7 @@ def geometry_to(scene, things, looks, surfaces, description, prototype=None):
             part["radii"],
             look=looks[part["look"]],
             basis=part["basis"],
+            normals=part["normals"],
             uv=part["uv"],
             moved=part["moved"],
             parameters=parameters_of(part, look, description.warn),
