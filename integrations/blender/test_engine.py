@@ -249,6 +249,71 @@ def test_presets_of_the_node_group_are_those_of_vellus():
     assert render("fur")[..., :3].mean() > 0.01
 
 
+def test_the_aspect_ratio_is_one_number_for_a_look():
+    group, hook, render_module = modules()
+    scene = furry(20)
+    owner = bpy.data.objects["fur"]
+    scene.view_layers[0].objects.active = owner
+    owner.data.materials.clear()
+    assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    (material,) = owner.data.materials
+    node = hook.surface_node(material)
+    node.inputs["Aspect Ratio"].default_value = 0.6
+    look = hook.look_of(material)
+    assert np.isclose(render_module.fiber_of(look.values).aspect_ratio, 0.6) and not look.warnings
+    # Neither an attribute that the material reads nor one of the strands changes it.
+    attribute = material.node_tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = "flatness"
+    material.node_tree.links.new(attribute.outputs["Fac"], node.inputs["Aspect Ratio"])
+    look = hook.look_of(material)
+    assert not look.attributes and "only its constant is used" in " ".join(look.warnings), look.warnings
+    values, found = np.full(20, 0.5, np.float32), []
+    part = {"name": "fur", "counts": np.full(20, 6), "attributes": {"vellus:aspect_ratio": ("CURVE", values)}}
+    nothing = {"random": (0, 0), "attributes": {}}
+    assert render_module.parameters_of(part, nothing, found.append) == {}
+    assert found == ["fur: vellus:aspect_ratio cannot vary between strands, and is ignored"]
+    assert render("flat")[..., :3].mean() > 0.01
+
+
+def test_normals_turn_flat_hair_and_no_other():
+    _, hook, _ = modules()
+    pictures = {}
+    for ratio, name in ((0.5, "one"), (0.5, "other"), (1.0, "one"), (1.0, "other")):
+        furry(200)
+        data = bpy.data.objects["fur"].data
+        points = np.empty((200, 6, 3), np.float32)
+        data.position_data.foreach_get("vector", points.ravel())
+        along = np.repeat(points[:, 1] - points[:, 0], 6, 0)
+        normals = np.cross(along, (0, 0, 1))
+        normals = normals if name == "one" else np.cross(along, normals)
+        normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).astype(np.float32)
+        free = np.full(200, 2, np.int8)
+        data.attributes.new("normal_mode", "INT8", "CURVE").data.foreach_set("value", free)
+        data.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", normals.ravel())
+        node = hook.surface_node(data.materials[0])
+        node.model = "HUANG"
+        node.inputs["Aspect Ratio"].default_value = ratio
+        pictures[ratio, name] = render(f"turned-{name}-{ratio}")
+    assert np.array_equal(pictures[1.0, "one"], pictures[1.0, "other"])
+    # Turning changes about as much as flatness itself.
+    turned, flat = (np.abs(pictures[0.5, "one"] - pictures[key]).mean() for key in ((0.5, "other"), (1.0, "one")))
+    assert turned > 0.5 * flat > 0
+
+
+def test_absorption_of_flat_hair_in_attributes_is_converted():
+    _, hook, render_module = modules()
+    values = np.full((2, 3), 0.4, np.float32)
+    part = {"name": "fur", "counts": np.full(2, 6), "attributes": {"a": ("CURVE", values)}}
+
+    def read(parameter, factor):
+        look = {"random": (0, 0), "attributes": {"a": parameter}, "absorption_factor": factor}
+        return render_module.parameters_of(part, look, print)[parameter]
+
+    assert np.allclose(read("sigma_ca", 0.8), 0.32)
+    of_color = [hook.absorption_of_color(read("hair_reflectance", factor)[0], 0.3) for factor in (1.0, 0.8)]
+    assert np.allclose(of_color[1], 0.8 * np.array(of_color[0]))
+
+
 def test_a_missing_image_is_a_warning():
     _, hook, _ = modules()
     furry(20)

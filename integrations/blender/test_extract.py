@@ -133,6 +133,108 @@ def test_particle_hair_has_children_radii_and_uv():
     assert abs(strands["radii"][1] - 0.005) < 1e-6
 
 
+def hair_with_nodes():
+    """One strand with a Principled Hair of the model Huang, whose node is returned with its tree."""
+    empty()
+    owner = hair("fur", [[(0, 0, 0), (1, 0, 0)]])
+    material = bpy.data.materials.new("flat")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfHairPrincipled", "OutputMaterial"))
+    tree.links.new(node.outputs[0], output.inputs["Surface"])
+    node.model = "HUANG"
+    owner.data.materials.append(material)
+    return node, tree
+
+
+def test_the_aspect_ratio_of_huang_is_that_of_the_fibre():
+    node, tree = hair_with_nodes()
+    number = tree.nodes.new("ShaderNodeValue")
+    warnings = "\n".join(read().warnings)
+    assert "Huang" in warnings and "aspect" not in warnings, warnings
+    # Blender's default, a value, one above 1, where Cycles exchanges the axes, and two that are too flat for Vellus.
+    expected = ((None, 0.85, ""), (0.625, 0.625, ""), (1.6, 0.625, ""))
+    expected += ((0.25, 0.4, "Aspect Ratio 0.25 is flatter than 0.4"), (3.0, 0.4, "Aspect Ratio 3 is flatter than 0.4"))
+    for value, ratio, warning in expected:
+        if value is not None:
+            number.outputs[0].default_value = value
+            tree.links.new(number.outputs[0], node.inputs["Aspect Ratio"])
+        found = read()
+        (look,) = found.looks.values()
+        assert np.isclose(look["values"]["aspect_ratio"], ratio), (value, look["values"])
+        assert ("flatter" in "".join(found.warnings)) == bool(warning) and warning in "".join(found.warnings), value
+    # The model Chiang has round fibres.
+    node.model = "CHIANG"
+    (look,) = read().looks.values()
+    assert "aspect_ratio" not in look["values"]
+
+
+def test_absorption_of_flat_hair_is_per_radius_of_the_circle_of_the_same_area():
+    node, tree = hair_with_nodes()
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("color", 4, 4, float_buffer=True)
+    texture.image.pixels.foreach_set(np.full(64, 0.5, np.float32))
+    inputs = (
+        ("ABSORPTION", {"Absorption Coefficient": (0.1, 0.2, 0.4)}),
+        ("COLOR", {"Color": (0.9, 0.6, 0.4, 1)}),
+        ("MELANIN", {"Melanin": 0.3, "Tint": (0.9, 0.6, 0.4, 1)}),
+    )
+    for kind, values in inputs:
+        node.parametrization = kind
+        for name, value in values.items():
+            node.inputs[name].default_value = value
+        found = []
+        for ratio in (1.0, 0.64):
+            node.inputs["Aspect Ratio"].default_value = ratio
+            (look,) = read().looks.values()
+            found.append([look["values"]["sigma_ca"]])
+            if look["melanin"]:
+                found[-1].append(look["melanin"][1])
+            else:
+                link = tree.links.new(texture.outputs[0], node.inputs[name])
+                (look,) = read().looks.values()
+                found[-1].append(look["images"]["sigma_ca"])
+                tree.links.remove(link)
+        for round_, flat in zip(*found):
+            assert np.min(round_) > 0 and np.allclose(flat, 0.8 * np.array(round_)), kind
+
+
+def test_normals_of_flat_hair_are_its_shorter_axes():
+    node, _ = hair_with_nodes()
+    owner = bpy.data.objects["fur"]
+    node.inputs["Aspect Ratio"].default_value = 0.6
+    # A scale that is not uniform: normals stay perpendicular to the strand and to Blender's normals.
+    owner.scale, owner.rotation_euler = (1, 3, 2), (0, 0, 0.5)
+    data = owner.data
+    points = np.array([(0, 0, 0), (1, 0, 0), (2, 0.5, 0)], np.float32)
+    data.resize_curves([3])
+    data.position_data.foreach_set("vector", points.ravel())
+    free = 2
+    data.attributes.new("normal_mode", "INT8", "CURVE").data.foreach_set("value", np.array([free], np.int8))
+    custom = data.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT").data
+    longer = np.tile(np.array([0, 0.6, 0.8], np.float32), (3, 1))
+    custom.foreach_set("vector", longer.ravel())
+    for side, away in (("left", -0.1), ("right", 0.1)):
+        handles = (points + np.array([away, 0, 0], np.float32)).ravel()
+        data.attributes.new(f"handle_{side}", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", handles)
+    parts = (("CATMULL_ROM", 5, slice(1, 4)), ("POLY", 3, slice(0, 3)), ("BEZIER", 7, slice(0, 7, 3)))
+    for kind, count, of_points in parts:
+        data.set_types(type=kind)
+        (strands,) = read().strands
+        normals = strands["normals"]
+        assert normals.shape == (count, 3) and np.allclose(np.linalg.norm(normals, axis=1), 1)
+        along = points[[1, 2, 2]] - points[[0, 0, 1]]
+        for vectors in (along, longer):
+            moved = vectors @ np.array(owner.matrix_world)[:3, :3].T
+            assert np.abs((moved * normals[of_points]).sum(1)).max() < 1e-5, kind
+    # Round hair needs none.
+    node.inputs["Aspect Ratio"].default_value = 1.0
+    (strands,) = read().strands
+    assert strands["normals"] is None
+
+
 def test_scenes_without_a_camera_or_without_anything_have_one_message():
     for remove_camera, word in ((True, "no camera"), (False, "nothing to render")):
         scene = empty()

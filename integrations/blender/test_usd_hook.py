@@ -30,7 +30,13 @@ SETTINGS = {
     "melanin": (
         "MELANIN",
         "HUANG",
-        {"Melanin": 0.25, "Melanin Redness": 0.5, "Tint": (0.9, 0.6, 0.4, 1), "Roughness": 0.4},
+        {
+            "Melanin": 0.25,
+            "Melanin Redness": 0.5,
+            "Tint": (0.9, 0.6, 0.4, 1),
+            "Roughness": 0.4,
+            "Aspect Ratio": 0.625,
+        },
     ),
     "colored": ("COLOR", "CHIANG", {"Color": (0.9, 0.6, 0.4, 1), "Radial Roughness": 0.3}),
 }

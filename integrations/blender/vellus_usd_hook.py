@@ -16,15 +16,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 try:
     # Usd must be loaded before Blender passes a stage to the hook, or Blender aborts.
-    from pxr import Gf, Sdf, Usd, UsdShade  # noqa: F401
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt  # noqa: F401
 except ImportError:
     # In the Python package bpy, unlike in Blender, the bundled OpenUSD is not on the path.
     version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
     sys.path.append(str(Path(bpy.utils.resource_path("LOCAL")) / "python/lib" / version / "site-packages"))
-    from pxr import Gf, Sdf, Usd, UsdShade  # noqa: F401
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt  # noqa: F401
 
 # Pigments per unit of concentration (d'Eon et al. 2011), which Blender uses.
 EUMELANIN = (0.506, 0.841, 1.653)
@@ -47,7 +48,12 @@ SOCKETS = {
     "beta_m": "Roughness Along",
     "beta_n": "Roughness Around",
     "wet": "Wetness",
+    "aspect_ratio": "Aspect Ratio",
 }
+# A part of the strands' shape: one number for a look.
+FIXED = {"aspect_ratio"}
+# Vellus' lowest ratio of axes.
+FLATTEST = 0.4
 USE_COLOR = "Use Color"
 
 
@@ -57,7 +63,8 @@ class Look:
 
     `values` has constants by parameter, and perhaps `preset`. `images` has images, and `attributes` has names of
     attributes, by parameter. `random` has the strengths of random colour and roughness of Principled Hair, and
-    `melanin` its input Melanin and the absorption by the pigments alone, which the random colour changes.
+    `melanin` its input Melanin and the absorption by the pigments alone, which the random colour changes. Absorption
+    in images and attributes gets the factor `absorption_factor`.
     """
 
     values: dict = field(default_factory=dict)
@@ -65,6 +72,7 @@ class Look:
     attributes: dict = field(default_factory=dict)
     random: tuple = (0.0, 0.0)
     melanin: tuple = None
+    absorption_factor: float = 1.0
     node: object = None
     warnings: list = field(default_factory=list)
 
@@ -80,21 +88,40 @@ def absorption_scale(b):
     return 5.969 - 0.215 * b + 2.532 * b**2 - 10.73 * b**3 + 5.574 * b**4 + 0.245 * b**5
 
 
+def ratio_of_axes(node):
+    """The shorter axis of the section over the longer one. Only the model Huang has it."""
+    if node.model != "HUANG":
+        return 1.0
+    value = constant(node.inputs["Aspect Ratio"])
+    # Above 1, Cycles exchanges the axes.
+    return 1 / value if value > 1 else value
+
+
+def absorption_factor(node):
+    """What Vellus multiplies an absorption of Cycles by.
+
+    In Cycles it is per half of the longer axis, in Vellus per radius of the circle of the same area.
+    """
+    return math.sqrt(max(ratio_of_axes(node), FLATTEST))
+
+
 def melanin_absorption(node):
-    """Absorption per radius of the pigments alone."""
+    """Absorption of the pigments alone, as in Cycles."""
     amount = -math.log(max(1 - node.inputs["Melanin"].default_value, 1e-4))
     redness = node.inputs["Melanin Redness"].default_value
     return [amount * ((1 - redness) * e + redness * p) for e, p in zip(EUMELANIN, PHEOMELANIN)]
 
 
 def absorption(node, radial):
-    """Absorption per radius, of the parametrization that the node has."""
+    """Absorption of the parametrization that the node has."""
     if node.parametrization == "ABSORPTION":
-        return list(node.inputs["Absorption Coefficient"].default_value)[:3]
-    if node.parametrization == "COLOR":
-        return absorption_of_color(constant(node.inputs["Color"]), radial)
-    tint = absorption_of_color(constant(node.inputs["Tint"]), radial)
-    return [m + t for m, t in zip(melanin_absorption(node), tint)]
+        found = list(node.inputs["Absorption Coefficient"].default_value)[:3]
+    elif node.parametrization == "COLOR":
+        found = absorption_of_color(constant(node.inputs["Color"]), radial)
+    else:
+        tint = absorption_of_color(constant(node.inputs["Tint"]), radial)
+        found = [m + t for m, t in zip(melanin_absorption(node), tint)]
+    return [x * absorption_factor(node) for x in found]
 
 
 def roughness_of(along, radial):
@@ -189,23 +216,30 @@ def read_fur(look, node):
         if parameter == "reflectance":
             value = [min(max(c, 0.001), 0.999) for c in value[:3]]
         look.values[parameter] = value
-        connections(look, node.inputs[name], parameter)
+        connections(look, node.inputs[name], None if parameter in FIXED else parameter)
 
 
 def read_principled(look, node):
     """Reads Principled Hair BSDF."""
     look.values.update(parameters(node))
+    look.absorption_factor = absorption_factor(node)
     targets = {"Absorption Coefficient": "sigma_ca", "Color": "hair_reflectance", "IOR": "eta"}
     for socket in node.inputs:
         if socket.enabled:
             connections(look, socket, targets.get(socket.name))
     inputs = node.inputs
     if node.parametrization == "MELANIN":
-        look.melanin = (inputs["Melanin"].default_value, melanin_absorption(node))
+        pigments = [x * look.absorption_factor for x in melanin_absorption(node)]
+        look.melanin = (inputs["Melanin"].default_value, pigments)
     random_color = inputs["Random Color"].default_value if node.parametrization == "MELANIN" else 0.0
     look.random = (random_color, inputs["Random Roughness"].default_value)
     if node.model == "HUANG":
-        look.warnings.append("the model Huang is mapped to the formulas of Chiang, and its aspect ratio is ignored")
+        ratio = ratio_of_axes(node)
+        if ratio < FLATTEST:
+            value = constant(inputs["Aspect Ratio"])
+            look.warnings.append(f"Aspect Ratio {value:g} is flatter than {FLATTEST}, which is used instead")
+        look.values["aspect_ratio"] = max(ratio, FLATTEST)
+        look.warnings.append("the model Huang is mapped to the formulas of Chiang")
         for lobe in ("Reflection", "Transmission", "Secondary Reflection"):
             if inputs[lobe].default_value != 1:
                 look.warnings.append(f"the strength of {lobe} is ignored")
@@ -248,6 +282,31 @@ def look_of(material):
     return look
 
 
+def is_flat(values):
+    """Whether the values of a look make fibres that are not round."""
+    return values.get("aspect_ratio", 1.0) != 1.0
+
+
+def shorter_axes(curves):
+    """The direction of the shorter axis at each point of evaluated hair curves, (n, 3).
+
+    In Cycles the normals of curves are the longer axis.
+    """
+    offsets = np.empty(len(curves.curve_offset_data), np.int32)
+    curves.curve_offset_data.foreach_get("value", offsets)
+    points = np.empty((len(curves.position_data), 3), np.float32)
+    curves.position_data.foreach_get("vector", points.ravel())
+    counts, each = np.diff(offsets), np.arange(len(points))
+    before = np.maximum(each - 1, np.repeat(offsets[:-1], counts))
+    after = np.minimum(each + 1, np.repeat(offsets[1:] - 1, counts))
+    # foreach_get would read memory that Blender has freed: it makes the normals when they are asked for.
+    longer = np.array([normal.vector[:] for normal in curves.normals], np.float32).reshape(-1, 3)
+    with np.errstate(invalid="ignore"):
+        axes = np.cross(points[after] - points[before], longer)
+        length = np.linalg.norm(axes, axis=1, keepdims=True)
+        return np.nan_to_num(axes / np.where(length > 0, length, 1))
+
+
 def write_value(shader, name, value):
     """Creates an input with a constant."""
     if isinstance(value, str):
@@ -276,6 +335,20 @@ def connect(stage, shader, name, node_id, inputs):
     shader.CreateInput(name, kind).ConnectToSource(reader.CreateOutput(port, kind))
 
 
+def write_normals(prim, owner, depsgraph):
+    """Gives the curves of an object their normals, the shorter axes, if its look is flat."""
+    material = owner.material_slots[0].material if len(owner.material_slots) else None
+    look, points = look_of(material), prim.GetPointsAttr()
+    # The depsgraph is at one frame.
+    if look is None or not is_flat(look.values) or points.ValueMightBeTimeVarying():
+        return
+    axes = shorter_axes(owner.evaluated_get(depsgraph).data)
+    # Curves of Bézier have more points in USD.
+    if len(axes) == len(points.Get()):
+        prim.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(axes))
+        prim.SetNormalsInterpolation("vertex")
+
+
 class VellusUsdHook(bpy.types.USDHook):
     """Writes hair materials as VellusFur."""
 
@@ -292,6 +365,9 @@ class VellusUsdHook(bpy.types.USDHook):
             print(f"vellus: {material.name}: {warning}")
         if any(look.random):
             print(f"vellus: {material.name}: random colour and roughness are not written")
+        unscaled = "hair_reflectance" in look.images or {"hair_reflectance", "sigma_ca"} & set(look.attributes)
+        if unscaled and look.absorption_factor != 1:
+            print(f"vellus: {material.name}: attributes and images of colours make flat hair darker than in Cycles")
         stage = context.get_stage()
         shader = UsdShade.Shader.Define(stage, usd_material.GetPath().AppendChild("VellusFur"))
         shader.CreateIdAttr("VellusFur")
@@ -307,12 +383,25 @@ class VellusUsdHook(bpy.types.USDHook):
                 "wrapS": (kinds.Token, "repeat"),
                 "wrapT": (kinds.Token, "repeat"),
             }
+            if name == "sigma_ca" and look.absorption_factor != 1:
+                inputs["scale"] = (kinds.Float4, Gf.Vec4f(*[look.absorption_factor] * 3, 1))
             connect(stage, shader, name, "UsdUVTexture", inputs)
         for name, attribute in look.attributes.items():
             reader = "UsdPrimvarReader_float3" if name in COLORS else "UsdPrimvarReader_float"
             connect(stage, shader, name, reader, {"varname": (kinds.String, attribute)})
         output = shader.CreateOutput("surface", Sdf.ValueTypeNames.Token)
         usd_material.CreateSurfaceOutput("vellus").ConnectToSource(output)
+        return True
+
+    @staticmethod
+    def on_export(context):
+        # Older versions of Blender do not say which object a prim is of.
+        prims = context.get_prim_map() if hasattr(context, "get_prim_map") else {}
+        for path, made_of in prims.items():
+            curves = UsdGeom.BasisCurves(context.get_stage().GetPrimAtPath(path))
+            for owner in [*made_of, *prims.get(path.GetParentPath(), ())] if curves else ():
+                if isinstance(owner, bpy.types.Object) and owner.type == "CURVES":
+                    write_normals(curves, owner, context.get_depsgraph())
         return True
 
 

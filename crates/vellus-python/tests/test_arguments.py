@@ -235,7 +235,7 @@ def scenes():
     both = {"points": "points", "moved": "moved", "name": "text", "prototype": "index"}
     kinds = {**both, "counts": "counts", "radii": "radii", "look": "index", "basis": "choice", "uv": "uv"}
     good = {"points": STRAND, "counts": [4], "radii": 0.1}
-    yield "Scene.add_strands", made.add_strands, good, {**kinds, "parameters": "table"}
+    yield "Scene.add_strands", made.add_strands, good, {**kinds, "normals": "corners", "parameters": "table"}
     kinds = {"color": "tint", "texture": "index", "emission": "color", "roughness": "share", "metallic": "share"}
     yield "Scene.add_surface", made.add_surface, {}, {**kinds, "ior": "index of refraction", "name": "text"}
     kinds = {**both, "triangles": "triangles", "surface": "index", "normals": "corners", "uv": "uv"}

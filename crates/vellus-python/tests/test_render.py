@@ -193,12 +193,34 @@ def test_strands_of_one_length_need_no_counts():
     assert np.array_equal(pictures[0], pictures[1]) and np.array_equal(pictures[0], pictures[2])
 
 
+def test_normals_turn_flat_strands_and_no_others():
+    points, _ = patch(20)
+    grid = points.reshape(20, 4, 3)
+    # Across the strands, which bend towards x.
+    aside = np.tile([0.0, 0, 1], (20, 4, 1))
+
+    def render(ratio, normals):
+        scene = vellus.Scene()
+        scene.add_look(vellus.Fiber("human", aspect_ratio=ratio))
+        scene.add_strands(grid, radii=0.05, basis="bezier", normals=normals)
+        scene.add_light("dome", 1.0)
+        scene.look_at([0, 2, 4], [0, 0.3, 0], fov=35)
+        return scene.render(16, 12, 2)["beauty"]
+
+    front, side = (render(0.5, normals) for normals in (aside, aside[..., ::-1]))
+    assert not np.array_equal(front, side)
+    assert np.array_equal(front, render(0.5, aside.reshape(-1, 3)))
+    assert np.array_equal(render(1.0, None), render(1.0, aside))
+
+
 POINTS, COUNTS = patch(3)
 BAD = [
     (dict(points=POINTS[:, :2]), r"points has the shape \(12, 2\): it must be \(points, 3\) or \(strands, points, 3\)"),
     (dict(points=POINTS.reshape(3, 4, 3)), r"points has the shape \(3, 4, 3\), which says .* leave counts out"),
     (dict(points=POINTS.reshape(3, 4, 3), counts=None, radii=np.ones((3, 5))), r"radii has the shape \(3, 5\)"),
     (dict(points=POINTS.reshape(3, 4, 3), counts=None, moved=np.ones((4, 3, 3))), r"moved has the shape \(4, 3, 3\)"),
+    (dict(normals=POINTS[:-1]), r"normals has the shape \(11, 3\): it must be \(12, 3\)"),
+    (dict(normals=np.full_like(POINTS, np.nan)), "normals has NaN at position 0: it must be finite"),
     (dict(points=np.full_like(POINTS, np.nan)), "points has NaN at position 0: it must be finite"),
     (dict(counts=[4, 4]), "counts sums to 8, but points has 12 rows"),
     (dict(counts=[4, 4, 3.5]), "counts has 3.5 at position 2"),

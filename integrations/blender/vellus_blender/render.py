@@ -7,7 +7,7 @@ import numpy as np
 import vellus
 
 from .extract import Problem
-from .hook import roughness_of
+from .hook import FIXED, roughness_of
 
 # Ranges of the roughnesses, in degrees.
 ROUGHNESS = {"beta_m": (0.1, 90.0), "beta_n": (0.1, 90.0)}
@@ -48,6 +48,14 @@ def random_parameters(look, name, count):
     return out
 
 
+def as_in_cycles(parameter, values, factor):
+    """Values of an attribute that give the absorption of Cycles times a factor."""
+    if parameter == "sigma_ca":
+        return values * factor
+    # The absorption of a colour is the square of its logarithm.
+    return np.maximum(values, 0) ** np.sqrt(factor) if parameter == "hair_reflectance" else values
+
+
 def parameters_of(part, look, warn):
     """Parameters of strands by name: attributes `vellus:NAME`, those that the material reads, and random ones."""
     out = random_parameters(look, part["name"], len(part["counts"]))
@@ -57,11 +65,16 @@ def parameters_of(part, look, warn):
         if parameter not in table:
             warn(f"{part['name']}: {name} is no parameter of a fibre, and is ignored")
             continue
+        if parameter in FIXED:
+            warn(f"{part['name']}: {name} cannot vary between strands, and is ignored")
+            continue
         channels = table[parameter]["channels"]
         if channels > 1 and values.ndim == 1:
             values = np.repeat(values[:, None], channels, 1)
         elif channels == 1 and values.ndim > 1:
             values = values[:, 0]
+        if not name.startswith("vellus:"):
+            values = as_in_cycles(parameter, values, look["absorption_factor"])
         low, high = table[parameter]["range"]
         limited = np.clip(np.nan_to_num(values), low, high)
         if not np.array_equal(limited, values):
@@ -110,6 +123,7 @@ def geometry_to(scene, things, looks, surfaces, description, prototype=None):
             part["radii"],
             look=looks[part["look"]],
             basis=part["basis"],
+            normals=part["normals"],
             uv=part["uv"],
             moved=part["moved"],
             parameters=parameters_of(part, look, description.warn),

@@ -944,6 +944,7 @@ class Scene:
         basis: str = "linear",
         uv: _Reals | None = None,
         moved: _Reals | None = None,
+        normals: _Reals | None = None,
         parameters: Mapping[str, _Reals] | None = None,
         name: str = "",
         prototype: SupportsIndex | None = None,
@@ -954,9 +955,11 @@ class Scene:
         without counts: (S, K, 3), strands of K points each; P is then S·K. `radii`: one number, (S,), (P,) or (S, K).
         `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and Catmull–Rom curves of n points have n − 3
         segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`. `uv`: texture coordinates of the roots,
-        (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `parameters`: values that replace
-        those of the look, by name: one, or for each strand, or for each of the P points, with one number or RGB; angles
-        in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
+        (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `normals`: directions of the shorter
+        axis of flat fibres (`aspect_ratio`), (P, 3) or (S, K, 3); the part along the strand does not count. Without
+        them, each strand has a direction of its own. `parameters`: values that replace those of the look, by name: one,
+        or for each strand, or for each of the P points, with one number or RGB; angles in degrees. `name`: for
+        Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
 
         Raises `ValueError` that names the argument or the strand.
         """

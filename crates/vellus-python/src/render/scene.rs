@@ -293,13 +293,15 @@ impl Scene {
     /// without counts: (S, K, 3), strands of K points each; P is then S·K. `radii`: one number, (S,), (P,) or (S, K).
     /// `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and Catmull–Rom curves of n points have n − 3
     /// segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`. `uv`: texture coordinates of the roots,
-    /// (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `parameters`: values that replace
-    /// those of the look, by name: one, or for each strand, or for each of the P points, with one number or RGB; angles
-    /// in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
+    /// (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `normals`: directions of the shorter
+    /// axis of flat fibres (`aspect_ratio`), (P, 3) or (S, K, 3); the part along the strand does not count. Without
+    /// them, each strand has a direction of its own. `parameters`: values that replace those of the look, by name: one,
+    /// or for each strand, or for each of the P points, with one number or RGB; angles in degrees. `name`: for
+    /// Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
     ///
     /// Raises `ValueError` that names the argument or the strand.
     #[pyo3(signature = (points, counts=None, radii=None, *, look=0, basis="linear", uv=None, moved=None,
-        parameters=None, name="", prototype=None))]
+        normals=None, parameters=None, name="", prototype=None))]
     fn add_strands(
         &self,
         points: &Bound<'_, PyAny>,
@@ -309,6 +311,7 @@ impl Scene {
         basis: &str,
         uv: Option<&Bound<'_, PyAny>>,
         moved: Option<&Bound<'_, PyAny>>,
+        normals: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyDict>>,
         name: &str,
         prototype: Option<i128>,
@@ -350,8 +353,11 @@ impl Scene {
             starts.push(starts[i] + n);
         }
         let uv = uv.map(|uv| Floats::new(uv, "uv")?.rows_of::<2>(counts.len())).transpose()?;
-        let moved = moved.map(|moved| Floats::new(moved, "moved")?.merged(grid).rows_of::<3>(points.len()));
-        let moved = moved.transpose()?;
+        let vectors = |given: Option<&Bound<'_, PyAny>>, name: &str| -> PyResult<Option<Vec<Vec3>>> {
+            let rows = given.map(|given| Floats::new(given, name)?.merged(grid).rows_of::<3>(points.len()));
+            Ok(rows.transpose()?.map(|rows| rows.into_iter().map(Vec3::from).collect()))
+        };
+        let (moved, normals) = (vectors(moved, "moved")?, vectors(normals, "normals")?);
         let mut values = Vec::new();
         for (name, given) in parameters.into_iter().flatten() {
             let name: String = name.extract()?;
@@ -365,8 +371,8 @@ impl Scene {
             basis,
             starts,
             points: points.into_iter().zip(radii).map(|(p, r): (Vec3, f32)| p.extend(r)).collect::<Vec<Vec4>>(),
-            moved: moved.map(|moved| moved.into_iter().map(Vec3::from).collect()),
-            normals: None,
+            moved,
+            normals,
             root_uv: uv.map(|uv| uv.into_iter().map(Vec2::from).collect()),
             look,
             varying: values,

@@ -1,7 +1,8 @@
-"""Hair curves: positions, radii, uv of the roots and attributes, after geometry nodes."""
+"""Hair curves: positions, radii, normals, uv of the roots and attributes, after geometry nodes."""
 
 import numpy as np
 
+from .. import hook
 from .arrays import read, read_attribute
 
 CATMULL_ROM, POLY, BEZIER, NURBS = range(4)
@@ -53,6 +54,8 @@ def select(strands, mask):
     out["points"], out["radii"], out["counts"] = strands["points"][points], strands["radii"][points], counts[mask]
     if strands["uv"] is not None:
         out["uv"] = strands["uv"][mask]
+    if strands["normals"] is not None:
+        out["normals"] = strands["normals"][points]
     attributes = strands["attributes"].items()
     out["attributes"] = {name: (domain, a[points if domain == "POINT" else mask]) for name, (domain, a) in attributes}
     if "handles" in strands:
@@ -85,10 +88,10 @@ def without_bad(strands, warn):
     return select(strands, keep)
 
 
-def read_curves(data, name, wanted, warn):
+def read_curves(data, name, look, warn):
     """Strands of the evaluated hair curves `data`, in their own space: one dict for each kind of curve.
 
-    `wanted` are names of attributes that the material reads, besides those that begin with `vellus:`.
+    Of the attributes, those that the look reads are kept, and those that begin with `vellus:`.
     """
     if not len(data.curves):
         return []
@@ -104,11 +107,12 @@ def read_curves(data, name, wanted, warn):
         "points": points,
         "counts": counts,
         "radii": np.maximum(radii, 0),
+        "normals": hook.shorter_axes(data) if hook.is_flat(look["values"]) else None,
         "uv": read_attribute(uv) if uv and uv.domain == "CURVE" and uv.data_type == "FLOAT2" else None,
         "attributes": {},
     }
     for attribute in attributes:
-        if attribute.name.startswith("vellus:") or attribute.name in wanted:
+        if attribute.name.startswith("vellus:") or attribute.name in look["attributes"]:
             values = read_attribute(attribute)
             if values is None or attribute.domain not in {"POINT", "CURVE"}:
                 warn(f"{name}: the attribute {attribute.name} has no numbers for points or curves, and is ignored")
@@ -134,11 +138,14 @@ def read_curves(data, name, wanted, warn):
 def finished(part, kind, warn):
     """Strands of one kind of curve, with the control points that their basis needs."""
     counts = part["counts"]
-    handles = part.pop("handles", None)
+    handles, normals = part.pop("handles", None), part["normals"]
     if kind == NURBS:
         warn(f"{part['name']}: NURBS are drawn as straight lines between their control points")
     if kind == BEZIER and handles:
-        part["points"], part["radii"] = bezier_points(part["points"], *handles, part["radii"], counts)
+        radii = part["radii"]
+        part["points"], part["radii"] = bezier_points(part["points"], *handles, radii, counts)
+        if normals is not None:
+            part["normals"] = bezier_points(normals, normals, normals, radii, counts)[0]
         first = first_of(counts)
         middle = {name: (d, a if d == "CURVE" else a[first]) for name, (d, a) in part["attributes"].items()}
         if any(d == "POINT" for d, _ in part["attributes"].values()):
@@ -157,6 +164,8 @@ def catmull_rom(part):
     counts = part["counts"]
     part["points"] = pinned(part["points"], counts, True)
     part["radii"] = pinned(part["radii"], counts, False)
+    if part["normals"] is not None:
+        part["normals"] = pinned(part["normals"], counts, False)
     attributes = part["attributes"].items()
     part["attributes"] = {n: (d, pinned(a, counts, False) if d == "POINT" else a) for n, (d, a) in attributes}
     part["counts"], part["basis"] = counts + 2, "catmull-rom"

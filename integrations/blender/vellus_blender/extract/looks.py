@@ -11,22 +11,22 @@ DEFAULT = {"preset": "red-fox"}
 NO_MATERIAL = "fur without a material"
 
 
-def image_of(image, parameter, node, warn):
+def image_of(image, parameter, look, warn):
     """The pixels of an image, converted to the parameter: (parameter, pixels), or `None`."""
     found = pixels(image, warn)
     if found is None:
         return None
     if parameter == "hair_reflectance":
-        scale = hook.absorption_scale(hook.roughness_inputs(node)[1])
-        return "sigma_ca", (np.log(np.clip(found, 1e-3, 1)) / scale) ** 2
-    return parameter, found
+        scale = hook.absorption_scale(hook.roughness_inputs(look.node)[1])
+        parameter, found = "sigma_ca", (np.log(np.clip(found, 1e-3, 1)) / scale) ** 2
+    return parameter, found * look.absorption_factor if parameter == "sigma_ca" else found
 
 
 def read_look(material, warn_scene):
     """The look of strands with this material: a dict with `name`, `values`, `images` and so on."""
     name = material.name_full if material else NO_MATERIAL
     out = {"name": name, "values": dict(DEFAULT), "images": {}, "attributes": {}}
-    out.update(random=(0, 0), melanin=None)
+    out.update(random=(0, 0), melanin=None, absorption_factor=1.0)
     if material is None:
         warn_scene("hair without a material gets the fibre red-fox: add the node Vellus Fur or Principled Hair BSDF")
         return out
@@ -46,10 +46,11 @@ def read_look(material, warn_scene):
     for what in look.warnings:
         warn(what)
     out.update(values=dict(look.values), random=look.random, melanin=look.melanin)
+    out["absorption_factor"] = look.absorption_factor
     if look.node.bl_idname == "ShaderNodeBsdfHairPrincipled":
         out["roughness"] = hook.roughness_inputs(look.node)
     for parameter, image in look.images.items():
-        found = image_of(image, parameter, look.node, warn)
+        found = image_of(image, parameter, look, warn)
         if found:
             out["images"][found[0]] = found[1]
         elif parameter == "hair_reflectance":

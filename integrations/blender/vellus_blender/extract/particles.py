@@ -117,6 +117,7 @@ def read_system(owner, system, is_render, cache, warn, progress):
         "points": points,
         "counts": np.full(count, steps, np.int64),
         "radii": profile(settings, along).astype(np.float32).ravel(),
+        "normals": None,
         "uv": uv,
         "attributes": {},
     }

@@ -84,8 +84,7 @@ class Reader:
         """The parts of hair curves."""
         material = owner.material_slots[0].material if len(owner.material_slots) else None
         name = self.look(material)
-        wanted = set(self.description.looks[name]["attributes"])
-        parts = read_curves(owner.data, owner.name, wanted, self.description.warn)
+        parts = read_curves(owner.data, owner.name, self.description.looks[name], self.description.warn)
         return [("strands", {**part, "look": name}) for part in parts if len(part["counts"])]
 
     def strands_of_particles(self, owner):
@@ -167,10 +166,12 @@ class Reader:
 def in_world(kind, part, m):
     """A part in world space."""
     out = {**part, "points": transformed(part["points"], m), "moved": None}
+    # The normals of strands are cross products of directions along and across them, and so move like those of faces.
+    if part["normals"] is not None:
+        out["normals"] = normals_through(part["normals"], m)
     if kind == "strands":
         out["radii"] = (part["radii"] * mean_scale(m)).astype(np.float32)
         return out
-    out["normals"] = normals_through(part["normals"], m)
     if np.linalg.det(m[:3, :3]) < 0:
         for key in ("triangles", "normals", "uv"):
             if out[key] is not None:

@@ -2,6 +2,7 @@
 
 use super::{FOUR, said};
 use crate::common::read_text;
+use glam::Vec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 use vellus::{Fiber, FiberBuilder, Parameter, Species};
@@ -185,7 +186,14 @@ fn broken_documents_are_refused_with_their_line() {
 /// What Blender 5.2 wrote with `integrations/blender/vellus_usd_hook.py`.
 #[test]
 fn blender_writes_principled_hair_as_vellus_fur() {
-    check_principled_hair(&data("principled_hair.usda"));
+    let file = data("principled_hair.usda");
+    check_principled_hair(&file);
+    // The strand is along x, and its longer axis along y.
+    let reading = read(&file, &Options::default()).unwrap();
+    let [normals] = &reading.scene.strands.iter().filter_map(|s| s.normals.as_ref()).collect::<Vec<_>>()[..] else {
+        panic!("one of the three has normals");
+    };
+    assert!(normals.iter().all(|n| n.abs() == Vec3::Z), "{normals:?}");
 }
 
 /// The same with the Blender of this machine: a Python that has bpy, in `VELLUS_BPY`.
@@ -210,8 +218,11 @@ fn check_principled_hair(file: &Path) {
     near(fiber.alpha.to_degrees(), 6.0);
     // The model Huang has one roughness, here 0.4: also the colour's polynomial is that of 0.4.
     let fiber = look(&reading.scene, "/melanin").fiber;
-    melanin_and_color(0.4).into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, expected));
+    // Absorption in Cycles is per half of the longer axis.
+    let flat = melanin_and_color(0.4).map(|x| x * 0.625f32.sqrt());
+    flat.into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, expected));
     near(fiber.beta_m, 0.42032);
+    assert_eq!(fiber.aspect_ratio, 0.625);
     // Custom properties choose a fibre with a medulla, so that the colour is that of the coat.
     let fiber = look(&reading.scene, "/colored").fiber;
     let mut expected = FiberBuilder::new(Fiber { alpha: fiber.alpha, beta_m: fiber.beta_m, ..fiber });
