@@ -104,9 +104,10 @@ const AIR: [(f32, [[f64; 2]; 3]); 3] = [
     (1.4, [[0.055, 0.074], [0.005, 0.019], [0.016, 0.034]]),
 ];
 
-/// Errors of 100 random fibres, mean and worst, for round ones with air and for flat ones without.
+/// Errors of 100 random fibres, mean and worst, for round ones with air and for flat ones without. Where η is above 2,
+/// much light is totally reflected many times, and later passes through an ellipse are unlike the first.
 const RANDOM: [(&str, bool, [[f64; 2]; 2]); 2] =
-    [("air", false, [[0.002, 0.028], [0.021, 0.115]]), ("flat", true, [[0.02, 0.1], [0.1, 0.5]])];
+    [("air", false, [[0.002, 0.029], [0.021, 0.127]]), ("flat", true, [[0.014, 0.056], [0.156, 0.341]])];
 
 /// Presets and hair at 0° and 60°, in 15° of azimuth.
 #[test]
