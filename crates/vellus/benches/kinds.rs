@@ -58,12 +58,7 @@ fn far_prepare(bencher: Bencher, name: &str) {
 }
 
 /// Hits in a window, 64 of them, with sixteen queries each.
-fn each(
-    bencher: Bencher,
-    name: &str,
-    window: fn(f32) -> Window,
-    f: fn(&vellus::Hit, &vellus_testing::Query) -> f32,
-) {
+fn each(bencher: Bencher, name: &str, window: fn(f32) -> Window, f: fn(&vellus::Hit, &vellus_testing::Query) -> f32) {
     let bcsdf = Bcsdf::new(&fur(name)).expect("the fibre is valid");
     let queries = queries(N);
     let hits: Vec<_> = queries.iter().take(64).map(|q| bcsdf.at(q.wo, window(q.h))).collect();

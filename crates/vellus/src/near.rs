@@ -62,7 +62,7 @@ pub(crate) struct Near<P, V: Lanes = f32> {
 }
 
 impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
-    /// A hit of a round fibre. Callers send other fibres to [`Near::bent`]. To choose here would cost a copy of the hit.
+    /// A hit of a round fibre. Callers send other fibres to [`Near::bent`]: a choice here would cost a copy of the hit.
     #[inline(always)]
     pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
         Self::along::<Path<V>>(prepared, wo, h)

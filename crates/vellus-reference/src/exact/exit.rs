@@ -111,8 +111,7 @@ struct Shell {
 
 impl Shell {
     fn new(fiber: &Fiber) -> Self {
-        let [eta, eta_m, kappa, layers] =
-            [fiber.eta, fiber.medulla_eta(), fiber.kappa, fiber.layers].map(f64::from);
+        let [eta, eta_m, kappa, layers] = [fiber.eta, fiber.medulla_eta(), fiber.kappa, fiber.layers].map(f64::from);
         Shell { eta, eta_m, kappa, layers }
     }
 
@@ -121,12 +120,13 @@ impl Shell {
     fn around(&self, state: usize) -> [f64; 3] {
         let [inclinations, offsets] = cell(state);
         let (mut sums, mut weights) = ([0.0; 3], 0.0);
-        for (theta, h) in midpoints(inclinations, POINTS).flat_map(|t| midpoints(offsets, POINTS).map(move |h| (t, h))) {
+        for (theta, h) in midpoints(inclinations, POINTS).flat_map(|t| midpoints(offsets, POINTS).map(move |h| (t, h)))
+        {
             let weight = theta.cos().powi(2);
             let [sin_t, sin_i] = [self.eta_m / self.eta, self.eta_m].map(|ratio| ratio * theta.sin());
             let cos_t = (1.0 - sin_t * sin_t).sqrt();
             let wall = fresnel(self.eta / self.eta_m, 0.5, theta.cos() * (1.0 - h * h).sqrt());
-            // Snell's law in the normal plane: the index times the cosine of the inclination times the sine of the angle.
+            // Snell's law in the normal plane keeps the index times the cosine of the inclination times the sine.
             let aside = self.eta_m * theta.cos() * self.kappa * h;
             let outside = 1.0 - sin_i * sin_i - aside * aside;
             let through = if outside > 0.0 { 1.0 - fresnel(self.eta, self.layers, outside.sqrt()) } else { 0.0 };

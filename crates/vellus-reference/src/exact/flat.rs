@@ -98,8 +98,8 @@ impl<'t> Exact<'t> {
         Leg { s_c, s_m, offset, point, normal, along, within: along, wall: 0.0, mirrored: false }
     }
 
-    /// A pass that meets the wall of the medulla after `near`. Of the paths along its reflection and through the medulla
-    /// it is the brighter one, without absorption.
+    /// A pass that meets the wall of the medulla after `near`. Of the paths along its reflection and through the
+    /// medulla it is the brighter one, without absorption.
     fn by_wall(&self, theta_o: f64, from: [f64; 2], along: [f64; 2], near: f64) -> Leg {
         let moved = |p: [f64; 2], d: [f64; 2], t: f64| [p[0] + t * d[0], p[1] + t * d[1]];
         let start = moved(from, along, near);

@@ -329,8 +329,8 @@ impl Tracer {
         *region = if inward { Region::AfterMedulla } else { Region::Medulla };
     }
 
-    /// Moves the photon to the next scattering event, to the wall of a medulla of its own index, or to the cuticle, with
-    /// absorption.
+    /// Moves the photon to the next scattering event, to the wall of a medulla of its own index, or to the cuticle,
+    /// with absorption.
     fn travel(
         &self,
         p: &mut [f64; 2],

@@ -62,8 +62,7 @@ fn flat_fibres_match_the_tracer() {
     for (name, fibers, known) in [("hair", hairs, HAIR), ("fur", furs.collect(), FUR)] {
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for fiber in fibers {
-            for (theta_o, phi_o) in THETA.into_iter().flat_map(|t| [0.0, PI / 4.0, PI / 2.0].map(|p| (t, p)))
-            {
+            for (theta_o, phi_o) in THETA.into_iter().flat_map(|t| [0.0, PI / 4.0, PI / 2.0].map(|p| (t, p))) {
                 let [round, flat] = [1.0, 2.0 / 3.0].map(|aspect_ratio| smooth(Fiber { aspect_ratio, ..fiber }));
                 let traced = all_azimuths(&flat, [theta_o, phi_o], Offsets::Whole, photons, 1).unwrap();
                 let traced = traced.map(|bin| bin[0]);

@@ -73,7 +73,8 @@ fn scene() -> Scene {
         (Parameter::Reflectance, Value { texture: 1, scale: [0.9, 0.8, 0.7] }),
     ];
     let fiber = Fiber { sigma_ma: [0.1, 0.2, 0.3], ..Fiber::preset(Species::RedFox) }.with_absorption([0.5, 0.6, 7.0]);
-    let hair = Fiber { alpha: -0.05, layers: 1.5, aspect_ratio: 0.6, medulla_air: 0.5, ..Fiber::preset(Species::Human) };
+    let hair =
+        Fiber { alpha: -0.05, layers: 1.5, aspect_ratio: 0.6, medulla_air: 0.5, ..Fiber::preset(Species::Human) };
     let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.125), Vec3::new(0.1, 1.0 / 3.0, 7e-9)];
     let triangles = vec![[0, 1, 2], [0, 2, 3]];
     let turned = Mat3::from_rotation_z(0.4) * Mat3::from_rotation_x(1.1);

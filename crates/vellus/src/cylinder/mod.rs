@@ -2,8 +2,8 @@
 
 pub(crate) mod azimuthal;
 pub(crate) mod cuticle;
-pub(crate) mod section;
 pub(crate) mod fiber_frame;
 pub(crate) mod frame;
 pub(crate) mod longitudinal;
 pub(crate) mod path;
+pub(crate) mod section;

@@ -418,8 +418,7 @@ impl<V: Lanes> Route<V> for Bent<V> {
         let denominator = (t + f * (quad(V::splat(1.0)) - one.through)).max(quad(V::splat(1e-20)));
         let series = (e3 + f * aside) * (V::Quad::splat(V::splat(1.0)) / denominator);
         let mut a_trts = e2 * two.scattered * second[0];
-        let mut diffuse =
-            t * one.scattered * late + e2 * two.scattered * second[1] + series * one.scattered * escape;
+        let mut diffuse = t * one.scattered * late + e2 * two.scattered * second[1] + series * one.scattered * escape;
         // A path that only meets the medulla in its second pass has no profile: its light is diffuse.
         let misses =
             (V::splat(fiber.kappa) - path.h_inside.abs()).select_lt(V::splat(1e-30), V::splat(1.0), V::splat(0.0));
@@ -449,8 +448,8 @@ struct Light<V: Lanes> {
 }
 
 impl<V: Lanes> Leg<V> {
-    /// The light of a pass that meets a wall. The wall reflects the same share each time, from both sides, so all chords
-    /// through the medulla sum to a geometric series. Without absorption, the parts sum to 1.
+    /// The light of a pass that meets a wall. The wall reflects the same share each time, from both sides, so all
+    /// chords through the medulla sum to a geometric series. Without absorption, the parts sum to 1.
     fn light(&self, fiber: &Fiber, elongation: V, pass: &Pass<V>) -> Light<V> {
         let quad = V::Quad::splat;
         let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);

@@ -190,7 +190,14 @@ impl Group {
 
     /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths
     /// over which their light is spread.
-    fn prepare_some<R: Route<f32x8>>(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
+    fn prepare_some<R: Route<f32x8>>(
+        &mut self,
+        query: &Query,
+        side: Side,
+        mirror: f32,
+        width: f32,
+        spread: &mut Option<[Exit; MOST]>,
+    ) {
         let (h, dh) = side.points(SOME.position, SOME.share);
         self.mirror = f32x8::splat(mirror);
         let path: R = query.paths(h, self.mirror);

@@ -164,8 +164,8 @@ impl Fiber {
         Fiber { exit, ..self }
     }
 
-    /// η_m, the refractive index of the medulla: from η without [`Fiber::medulla_air`] to 1 in a medulla of air. The air
-    /// for an index is (η − η_m)/(η − 1).
+    /// η_m, the refractive index of the medulla: from η without [`Fiber::medulla_air`] to 1 in a medulla of air. The
+    /// air for an index is (η − η_m)/(η − 1).
     #[must_use]
     pub fn medulla_eta(&self) -> f32 {
         if self.medulla_air == 0.0 { self.eta } else { 1.0 + (1.0 - self.medulla_air) * (self.eta - 1.0) }

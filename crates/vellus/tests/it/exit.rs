@@ -250,8 +250,8 @@ fn scattering_never_gives_unscattered_light() {
         let (wo, window) = (direction(random.within(-1.5, 1.5), 0.3), window(&mut random));
         let [before, after] = [&fiber, &more].map(|fiber| Bcsdf::new(fiber).unwrap().at(wo, window).energy().0);
         for c in 0..3 {
-            // Where the wall of a medulla with air is brighter than the way through it, TT changes its path. Absorption may
-            // differ between both.
+            // Where the wall of a medulla with air is brighter than the way through it, TT changes its path. Both may
+            // absorb another share.
             let changes = fiber.medulla_air > 0.0 && k % 3 != 0;
             for p in UNSCATTERED.into_iter().filter(|p| !changes || *p == 0) {
                 worst = worst.max(after[p][c] - before[p][c]);
