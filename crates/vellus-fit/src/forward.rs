@@ -50,12 +50,12 @@ impl Forward {
 
     /// Whether the model depends on a parameter.
     pub fn has(self, kind: Kind) -> bool {
-        use FiberParameter::{G, Kappa, Layers, SigmaMa, SigmaMs};
+        use FiberParameter::{G, Kappa, Layers, MedullaAir, SigmaMa, SigmaMs};
         match self.0 {
-            ModelKind::Yan2015 => true,
+            ModelKind::Yan2015 => !matches!(kind, Kind::Fiber(MedullaAir, _)),
             ModelKind::Vellus => kind != Kind::EtaM,
             // Models of hair have no medulla, and their surface is an ordinary interface.
-            _ => !matches!(kind, Kind::EtaM | Kind::Fiber(Kappa | SigmaMs | SigmaMa | G | Layers, _)),
+            _ => !matches!(kind, Kind::EtaM | Kind::Fiber(Kappa | SigmaMs | SigmaMa | G | Layers | MedullaAir, _)),
         }
     }
 

@@ -189,6 +189,7 @@ pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)
         FiberParameter::SigmaMa => ([0.0, 1.0], log(LITTLE), 4e-3),
         FiberParameter::G => ([0.0, 0.85], Curve::Peak, 4e-3),
         FiberParameter::Layers => ([0.3, 3.0], log(0.05), 4e-3),
+        FiberParameter::MedullaAir => ([0.0, 1.0], Curve::Linear, 4e-3),
         _ => return None,
     })
 }

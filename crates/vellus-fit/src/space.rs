@@ -180,7 +180,7 @@ impl Space {
             for &i in indices {
                 match parameters[i].kind {
                     Kind::ThetaO => given[i] = Some(*theta_o),
-                    Kind::Background => given[i] = Some(0.0),
+                    Kind::Background | Kind::Fiber(FiberParameter::MedullaAir, _) => given[i] = Some(0.0),
                     _ => {}
                 }
             }

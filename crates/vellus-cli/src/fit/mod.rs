@@ -87,8 +87,8 @@ pub struct Args {
     /// Give the first parameter the value of the second: beta_n=beta_m. May be repeated.
     #[arg(long, value_name = "NAME=NAME", conflicts_with = "simulate")]
     tie: Vec<String>,
-    /// Fit a parameter that usually is fixed: theta_o, or background (light that does not come from the fibre, usually
-    /// 0). May be repeated.
+    /// Fit a parameter that usually is fixed: theta_o, medulla_air (usually 0), or background (light that does not come
+    /// from the fibre, usually 0). May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
     /// With --joint or channels, give each profile or channel its own value of a parameter, such as sigma_ca for

@@ -315,9 +315,11 @@ fn a_killed_run_only_loses_samples_after_its_checkpoint() {
     assert!(killed.same(&whole) && killed.note("vellus_samples") == "600");
     // Kills leave temporary files. A finished run removes its checkpoint.
     assert!(!checkpoint.exists());
-    // A sample range is resumed too.
+    // A sample range is resumed too, with a radiance cache that grows at the sample 256.
     let part = |name: &'static str, more: &[&'static str]| {
-        let args = lock(&["--samples", "7..407", "--threads", "1", "--checkpoint", "0.05s", "-o", name]);
+        let cache = ["--radiance-cache", "4"];
+        let args = ["--samples", "7..407", "--threads", "1", "--checkpoint", "0.05s", "-o", name];
+        let args = lock(&[&args[..], &cache].concat());
         [&args[..], more].concat()
     };
     let child = command(path, &part("part.exr", &[])).start().unwrap();
@@ -325,7 +327,7 @@ fn a_killed_run_only_loses_samples_after_its_checkpoint() {
     child.kill();
     refused(
         path,
-        &lock(&["--spp", "9", "--resume", "-o", "part.exr"]),
+        &lock(&["--spp", "9", "--radiance-cache", "4", "--resume", "-o", "part.exr"]),
         &["part.checkpoint has the samples 7..", "delete it"],
     );
     assert!(run(path, &part("part.exr", &["--resume"])).contains("continuing from"));

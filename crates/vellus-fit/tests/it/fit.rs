@@ -48,6 +48,7 @@ fn truth(fiber: &Fiber, name: &str, scale: f64) -> f64 {
         "sigma_ma.b" => fiber.sigma_ma[2],
         "g" => fiber.g,
         "layers" => fiber.layers,
+        "medulla_air" => fiber.medulla_air,
         _ => return scale,
     };
     f64::from(value)
@@ -191,6 +192,19 @@ fn fixed_tied_and_freed_parameters_follow_the_requests() {
     assert_eq!(result.correlations.names.len(), 11 + 4 - 1 - 3 + 1);
 }
 
+/// Air is found where it is asked for. Without it, the fit finds another fibre, and says that it is no fit.
+#[test]
+fn air_in_the_medulla_is_found() {
+    let fiber = Fiber { medulla_air: 0.8, ..Fiber::preset(Species::RedFox) };
+    let profile = measured(&fiber, &Synthetic { step: [6.0; 2], ..gantry(6) }).unwrap();
+    let requests = Requests { free: vec!["medulla_air".parse().unwrap()], ..Requests::default() };
+    let [with, without] =
+        [requests, Requests::default()].map(|requests| fitted(&profile, &Options { requests, ..quick() }));
+    check_largest(&z_scores(&with, &fiber, 37.0));
+    assert_eq!(without.specimen.fiber.medulla_air, 0.0);
+    assert!(without.nrmse > 1.5 * with.nrmse, "{} {}", without.nrmse, with.nrmse);
+}
+
 #[test]
 fn invalid_requests_are_refused() {
     let name = |x: &str| x.parse::<Name>().unwrap();
@@ -291,7 +305,8 @@ fn difference_quotients_match_the_oracle() {
         out.iter().map(|v| f64::from(v[0]).ln()).collect()
     };
     let moved = |p: &vellus_fit::parameters::Parameter, du: f64| {
-        let mut fiber = fiber;
+        // Air is at the end of its range.
+        let mut fiber = if p.name == "medulla_air" { Fiber { medulla_air: 0.5, ..fiber } } else { fiber };
         let shift = |x: &mut f32, unit: f64| {
             let u = p.curve.variable(f64::from(*x) * unit) + du;
             *x = (p.curve.value(u) / unit) as f32;
@@ -311,7 +326,9 @@ fn difference_quotients_match_the_oracle() {
         let (ours, theirs) = (quotient(&fast, p.step), quotient(&exact, p.step));
         let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
         let off = norm(&mut ours.iter().zip(&theirs).map(|(a, b)| a - b)) / norm(&mut theirs.iter().copied());
-        assert!(off < 0.05, "{}: {off}", p.name);
+        // With air, TT follows the brighter of two paths, and each offset changes its path at another value.
+        let allowed = if p.name == "medulla_air" { 0.1 } else { 0.05 };
+        assert!(off < allowed, "{}: {off}", p.name);
     }
 }
 

@@ -17,7 +17,7 @@ fn fibers(count: usize) -> Vec<Fiber> {
         Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
     while fibers.len() < count {
         let exit = ScatterExit::ALL[fibers.len() % 2];
-        fibers.push(Fiber { exit, ..random.fiber() });
+        fibers.push(Fiber { exit, medulla_air: 0.0, ..random.fiber() });
     }
     fibers
 }

@@ -16,7 +16,7 @@ fn fibers(count: usize) -> Vec<Fiber> {
     fibers.push(Fiber::hair());
     while fibers.len() < count {
         let exit = ScatterExit::ALL[fibers.len() % 2];
-        fibers.push(Fiber { exit, ..random.fiber() });
+        fibers.push(Fiber { exit, medulla_air: 0.0, ..random.fiber() });
     }
     fibers
 }

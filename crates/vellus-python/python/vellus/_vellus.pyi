@@ -792,9 +792,10 @@ def fit(
     `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different fibres, at least 1. `seed`:
     of these fibres. `huber`: residuals above this many times the noise count for less, at least 1. `exit`: `open` or
     `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one value for each channel,
-    angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are usually fixed: `theta_o`
-    and `background`. `separate`: names of parameters of the fibre that each profile has for itself, such as `sigma_ca`
-    at several wavelengths. `share`: names of `scale`, `theta_o` and `background` that all profiles have in common.
+    angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are usually fixed: `theta_o`,
+    `medulla_air` and `background`. `separate`: names of parameters of the fibre that each profile has for itself,
+    such as `sigma_ca` at several wavelengths. `share`: names of `scale`, `theta_o` and `background` that all profiles
+    have in common.
     `progress(done, what)` gets reports, `done` in [0, 1].
 
     Raises `ValueError` for an argument out of range, or a profile that cannot be fitted. Ctrl-C ends the fit.

@@ -122,18 +122,18 @@ impl World {
         if geometry.moves {
             return Err("motion blur".to_owned());
         }
-        if geometry.looks.iter().any(|look| look.fiber.aspect_ratio < 1.0) {
-            return Err("fibres that are not round (aspect_ratio)".to_owned());
-        }
-        if geometry.looks.iter().any(|look| look.fiber.medulla_air > 0.0) {
-            return Err("fibres with air in the medulla (medulla_air)".to_owned());
-        }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());
         }
         let mut packed = PackedScene { data: vec![[0; 4]; HEADER], ..PackedScene::default() };
         packed.sample_words = layout.channels() + EXTRA_WORDS;
         let own = geometry::pack(&mut packed, geometry)?;
+        if packed.fibers.iter().any(|fiber| fiber.aspect_ratio < 1.0) {
+            return Err("fibres that are not round (aspect_ratio)".to_owned());
+        }
+        if packed.fibers.iter().any(|fiber| fiber.medulla_air > 0.0) {
+            return Err("fibres with air in the medulla (medulla_air)".to_owned());
+        }
         let lights = geometry.lights.packed(&mut packed, &geometry.groups);
         let surfaces = packed.data.len() as u32;
         for surface in &geometry.surfaces {
