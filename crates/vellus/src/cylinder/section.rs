@@ -138,7 +138,8 @@ fn moved<V: Lanes>(from: [V; 2], along: [V; 2], by: V) -> [V; 2] {
 impl Section {
     /// The section of a fibre. `None` for a circle of one index.
     pub fn of(fiber: &Fiber) -> Option<Self> {
-        let medulla = (fiber.medulla_air > 0.0 && fiber.kappa > 0.0).then(|| fiber.medulla_eta());
+        // The wall of a thinner medulla is not seen, and points on it have no direction in single precision.
+        let medulla = (fiber.medulla_air > 0.0 && fiber.kappa > 1e-6).then(|| fiber.medulla_eta());
         if fiber.aspect_ratio == 1.0 && medulla.is_none() {
             return None;
         }
@@ -168,8 +169,8 @@ impl Section {
         let (sin, cos) = (clamped(-cross(ray.back, normal)), (-dot(ray.back, normal)).max(V::splat(0.0)));
         let straight = Crossing { point, normal, sin, cos, leg, offset, back: ray.back, within: ray.back };
         let Some(inner) = inner else { return straight };
-        // Where the ray meets the wall.
-        let start = moved(ray.point, back, half - along);
+        // Where the ray meets the wall, from its nearest point to the axis: this is as exact as the offset.
+        let start = moved([back[1] * offset, -(back[0] * offset)], back, half);
         self.by_wall(ray, &straight, inner, (start, s_c), kappa)
     }
 
@@ -245,13 +246,13 @@ impl Section {
     }
 
     /// What the inclination changes in a medulla of its own index, with η over that index.
-    fn inner<V: Lanes>(&self, fiber: &Fiber, [sin_o, cos_o]: [V; 2], inverse_eta: V) -> Option<Inner<V>> {
+    fn inner<V: Lanes>(&self, fiber: &Fiber, [sin_o, cos_o]: [V; 2]) -> Option<Inner<V>> {
         let index = self.medulla?;
         let cos = |eta: f32| other(sin_o * V::splat(1.0 / eta)).max(V::splat(1e-6));
         let cosines = [cos(fiber.eta), cos(index)];
-        // η′ of the medulla, which is at least 1, over that of the cortex.
-        let excess = (V::splat((index - 1.0) * (index + 1.0)) + cos_o * cos_o).max(V::splat(1e-20)).sqrt();
-        let ratio = (excess / cos_o.max(V::splat(1e-10)) * inverse_eta).max(V::splat(1e-6)).min(V::splat(1.0));
+        // η′ of the medulla over that of the cortex. The cosine of θ_o cancels.
+        let prime2 = |eta: f32| (V::splat((eta - 1.0) * (eta + 1.0)) + cos_o * cos_o).max(V::splat(1e-20));
+        let ratio = (prime2(index) / prime2(fiber.eta)).sqrt().max(V::splat(1e-6)).min(V::splat(1.0));
         let scattering = V::splat(fiber.sigma_ms) / cosines[1];
         Some(Inner { relative: fiber.eta / index, ratio, cosines, scattering })
     }
@@ -260,7 +261,7 @@ impl Section {
     #[inline(never)]
     pub fn path<V: Lanes>(&self, fiber: &Fiber, [sin_o, cos_o]: [V; 2], toward: [V; 2], h: V) -> Bent<V> {
         let mut path = Path::new(fiber, sin_o, cos_o, h);
-        let inner = self.inner(fiber, [sin_o, cos_o], path.inverse_eta);
+        let inner = self.inner(fiber, [sin_o, cos_o]);
         if let (Some(inner), Some(index)) = (&inner, self.medulla) {
             let sin = sin_o * V::splat(1.0 / index);
             let [_, cos] = inner.cosines;
@@ -414,7 +415,8 @@ impl<V: Lanes> Route<V> for Bent<V> {
         // What begins each pass, along the path of TT and TRT, and what arrives at the cuticle along other paths.
         let e2 = t * one.along * f2;
         let e3 = e2 * two.along * f3;
-        let aside = t * (one.through - one.along) + e2 * (two.through - two.along);
+        let other = |pass: Light<V>| (pass.through - pass.along).max(zero);
+        let aside = t * other(one) + e2 * other(two);
         let denominator = (t + f * (quad(V::splat(1.0)) - one.through)).max(quad(V::splat(1e-20)));
         let series = (e3 + f * aside) * (V::Quad::splat(V::splat(1.0)) / denominator);
         let mut a_trts = e2 * two.scattered * second[0];
@@ -460,9 +462,12 @@ impl<V: Lanes> Leg<V> {
         let enters = one - wall;
         let inverse = one / (one - wall * chord).max(quad(V::splat(1e-20)));
         let passes = enters * enters * chord;
+        // Above 1 by rounding, it would give light in the series of all passes.
+        let lost = (one - (wall + passes * inverse)).max(quad(V::splat(0.0)));
         Light {
-            through: cortex * (wall + passes * inverse),
-            along: cortex * (reflects * wall + (one - reflects) * passes),
+            through: cortex * (one - lost),
+            // Not 0, so that a black fibre has a lobe to sample.
+            along: (cortex * (reflects * wall + (one - reflects) * passes)).max(quad(V::splat(1e-30))),
             scattered: quad(pass.scattered) * enters * inverse,
         }
     }
