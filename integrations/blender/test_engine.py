@@ -217,15 +217,21 @@ def test_the_shift_of_the_camera_moves_the_picture():
         assert abs(after[..., 3].mean() / before[..., 3].mean() - 1) < 0.02
 
 
-def test_presets_of_the_node_group_are_those_of_vellus():
-    import vellus
-
-    group, hook, render_module = modules()
+def fur_of_the_node_group():
+    """A scene whose fur has the node group Vellus Fur, and the modules."""
+    _, hook, render_module = modules()
     scene = furry(20)
     owner = bpy.data.objects["fur"]
     scene.view_layers[0].objects.active = owner
     owner.data.materials.clear()
     assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    return owner, hook, render_module
+
+
+def test_presets_of_the_node_group_are_those_of_vellus():
+    import vellus
+
+    owner, hook, render_module = fur_of_the_node_group()
     assert bpy.ops.vellus.use_fur() == {"FINISHED"}
     (material,) = owner.data.materials
     assert len([node for node in material.node_tree.nodes if hook.is_fur(node)]) == 1
@@ -250,12 +256,7 @@ def test_presets_of_the_node_group_are_those_of_vellus():
 
 
 def test_the_aspect_ratio_is_one_number_for_a_look():
-    group, hook, render_module = modules()
-    scene = furry(20)
-    owner = bpy.data.objects["fur"]
-    scene.view_layers[0].objects.active = owner
-    owner.data.materials.clear()
-    assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    owner, hook, render_module = fur_of_the_node_group()
     (material,) = owner.data.materials
     node = hook.surface_node(material)
     node.inputs["Aspect Ratio"].default_value = 0.6
