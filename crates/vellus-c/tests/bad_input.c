@@ -1,5 +1,6 @@
 /* Bad input for every function: each call must return its status with a message, crash nothing and leak nothing. Then
- * one fibre and one hit in several threads. The Rust test builds this program, and runs it under valgrind. */
+ * one fibre and one hit in several threads, as often as the argument says. The Rust test builds this program, and runs
+ * it under valgrind. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -387,12 +388,13 @@ typedef struct Shared {
     const VellusHit *hit;
     float expected[3];
     int same;
+    int rounds;
 } Shared;
 
 static void *worker(void *pointer)
 {
     Shared *shared = pointer;
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < shared->rounds; i++) {
         float a[3], b[3];
         shared->same &= vellus_fiber_eval(shared->fiber, WO, vellus_window_far(), WI, a) == VELLUS_STATUS_OK;
         shared->same &= vellus_hit_eval(shared->hit, WI, b) == VELLUS_STATUS_OK;
@@ -404,7 +406,7 @@ static void *worker(void *pointer)
     return NULL;
 }
 
-static void threads(const VellusFiber *fiber)
+static void threads(const VellusFiber *fiber, int rounds)
 {
     enum { THREADS = 8 };
     pthread_t ids[THREADS];
@@ -414,7 +416,7 @@ static void threads(const VellusFiber *fiber)
     OK(vellus_hit_new(fiber, WO, vellus_window_far(), &hit));
     OK(vellus_hit_eval(hit, WI, expected));
     for (int i = 0; i < THREADS; i++) {
-        shared[i] = (Shared){fiber, hit, {expected[0], expected[1], expected[2]}, 1};
+        shared[i] = (Shared){fiber, hit, {expected[0], expected[1], expected[2]}, 1, rounds};
         pthread_create(&ids[i], NULL, worker, &shared[i]);
     }
     for (int i = 0; i < THREADS; i++) {
@@ -425,17 +427,21 @@ static void threads(const VellusFiber *fiber)
     vellus_hit_free(hit);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
     VellusFiber *fiber = NULL;
     fibers();
     frames();
     OK(vellus_fiber_from_preset("red-fox", &fiber));
-    shaders(fiber);
+    /* The far field of a rough fibre is a small table. */
+    VellusFiber *rough = NULL;
+    OK(vellus_fiber_from_json("{\"kappa\": 0, \"beta_n\": 60, \"beta_m\": 60}", &rough));
+    shaders(rough);
+    vellus_fiber_free(rough);
     queries(fiber);
     null_pointers(fiber);
     arrays(fiber);
-    threads(fiber);
+    threads(fiber, argc > 1 ? atoi(argv[1]) : 200);
     /* A hit lives longer than its fibre. */
     VellusHit *hit = NULL;
     float before[3], after[3];

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use vellus_render::{Curves, Film};
+use vellus_render::{Curves, Denoised, Film};
 use vellus_scene::Strands;
 use vellus_usd::Format;
 
@@ -29,7 +29,7 @@ struct Picture {
     coarse: usize,
     /// Whether pages have it in this form.
     sent: Option<Instant>,
-    denoised: Option<(u64, Vec<f32>)>,
+    denoised: Option<(u64, Denoised)>,
 }
 
 pub struct Renderer {
@@ -144,7 +144,7 @@ impl Renderer {
             Job::Save(what, reply, place) => {
                 let film = self.picture.as_ref().filter(|_| self.full).map(|picture| &picture.film);
                 let denoised = self.picture.as_ref().and_then(|picture| picture.denoised.as_ref());
-                let denoised = denoised.filter(|_| self.session.denoise).map(|(_, values)| &values[..]);
+                let denoised = denoised.filter(|_| self.session.denoise).map(|(_, denoised)| denoised);
                 let bytes = save::bytes(what, &self.session, film, denoised);
                 drop(place);
                 let _ = reply.send(bytes);
@@ -264,8 +264,8 @@ impl Renderer {
             // The denoiser takes as long as some samples: it runs again when there are a quarter more.
             let due = picture.denoised.as_ref().is_none_or(|(at, _)| samples >= session.target || samples * 4 > at * 5);
             if due && picture.denoised.as_ref().is_none_or(|(at, _)| *at != samples) {
-                match session.denoiser.as_ref().map(|denoiser| denoiser.clean(film)) {
-                    Ok(Ok(values)) => picture.denoised = Some((samples, values)),
+                match session.denoiser.as_ref().map(|denoiser| Denoised::new(denoiser, film, &[])) {
+                    Ok(Ok(denoised)) => picture.denoised = Some((samples, denoised)),
                     Ok(Err(error)) => {
                         session.denoise = false;
                         session.denoiser = Err(error.to_string());
@@ -277,7 +277,7 @@ impl Renderer {
         }
         let denoised = picture.denoised.as_ref().filter(|_| session.denoise);
         let pixels = match denoised {
-            Some((_, values)) => film.denoised_to_srgb(values, session.display()),
+            Some((_, denoised)) => film.denoised_to_srgb(&denoised.beauty, session.display()),
             None => film.to_srgb(session.display()),
         };
         let [left, top, width, height] = film.area().map(|x| x as f32);

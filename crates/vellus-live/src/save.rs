@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use vellus_open::{FiberFormat, Opened, Options};
 use vellus_render::session::camera_notes;
-use vellus_render::{Film, Layer, PixelType};
+use vellus_render::{Denoised, Film, Layer, PixelType};
 use vellus_scene::Scene;
 use vellus_usd::Format;
 
@@ -61,7 +61,12 @@ impl Save {
 }
 
 /// The bytes of a file. `film` is the picture at full resolution, if there is one.
-pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Option<&[f32]>) -> Result<Vec<u8>, String> {
+pub fn bytes(
+    what: Save,
+    session: &Session,
+    film: Option<&Film>,
+    denoised: Option<&Denoised>,
+) -> Result<Vec<u8>, String> {
     let film = || film.ok_or("the picture is not ready: wait for the first sample at full resolution");
     let look = |index: usize| session.look(index).ok_or("the look does not exist");
     match what {
@@ -76,7 +81,9 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
         Save::Scene => usd(&session.scene(), Format::Crate, || false),
         Save::Lights => usd(&session.lamps(), Format::Text, || false),
         Save::Camera => usd(&session.part(None), Format::Text, || false),
-        Save::Png => film()?.to_png(denoised, session.display(), &[]).map_err(|error| error.to_string()),
+        Save::Png => film()?
+            .to_png(denoised.map(|denoised| &denoised.beauty[..]), session.display(), &[])
+            .map_err(|error| error.to_string()),
         Save::Exr => {
             let film = film()?;
             let notes = camera_notes(&session.orbit.camera(), film.whole());

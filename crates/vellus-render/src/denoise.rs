@@ -3,6 +3,7 @@
 #![allow(unsafe_code, reason = "a C library")]
 
 use crate::error::Error;
+use crate::film::denoised::Denoise;
 use crate::film::{Film, Layer};
 use libloading::{Library, Symbol};
 use std::ffi::{CStr, OsStr, c_char, c_void};
@@ -57,6 +58,12 @@ pub struct Denoiser {
     library: &'static Library,
 }
 
+impl Denoise for Denoiser {
+    fn clean(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
+        self.cleaned(film, pictures)
+    }
+}
+
 impl Denoiser {
     /// Loads the library that the environment variable `VELLUS_OIDN` names. If it is not set, loads version 2 from the
     /// folders of the system, or from the package `pyoidn` of the Python on the path.
@@ -93,14 +100,9 @@ impl Denoiser {
             .map_err(|e| Error::Denoise(format!("not Intel Open Image Denoise 2: {e}")))
     }
 
-    /// The denoised beauty, three values per pixel, row by row. The layers albedo and normal guide the denoiser if the
-    /// film has them. They are denoised first, because they are noisy in fur, too.
-    ///
-    /// # Errors
-    /// [`Error::Denoise`] with what the library reports.
-    pub fn clean(&self, film: &Film) -> Result<Vec<f32>> {
+    /// Pictures of a film without noise. Albedo and normal are denoised first, because they are noisy in fur, too.
+    fn cleaned(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         let size = [film.width(), film.height()];
-        let Some(color) = film.rgb(Layer::Beauty) else { return Err(failed("the film has no beauty")) };
         let make: Symbol<Make> = self.find(c"oidnNewDevice")?;
         let [commit, release] = [c"oidnCommitDevice", c"oidnReleaseDevice"].map(|name| self.find::<Do>(name));
         let (commit, release) = (commit?, release?);
@@ -120,8 +122,12 @@ impl Denoiser {
             // Normals are only used together with albedo.
             let normal = if albedo.is_some() { guide(c"normal", Layer::Normal)? } else { None };
             let guides = albedo.iter().chain(&normal).map(|(name, values)| (*name, &values[..]));
-            let images: Vec<_> = std::iter::once((c"color", &color[..])).chain(guides).collect();
-            filter(&images, images.len() > 1)
+            let guides: Vec<_> = guides.collect();
+            let clean = |color: &Vec<f32>| {
+                let images: Vec<_> = std::iter::once((c"color", &color[..])).chain(guides.iter().copied()).collect();
+                filter(&images, images.len() > 1)
+            };
+            pictures.iter().map(clean).collect()
         })();
         // SAFETY: as above.
         unsafe { release(device) };

@@ -75,6 +75,7 @@ pub use edit::{Pick, PickedStrand, Varying};
 pub use error::Error;
 pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;
+pub use film::denoised::{Denoise, Denoised};
 pub use film::layout::Layout;
 pub use film::picture::{Notes, PIXELS_NOTE, PixelType, check_picture};
 pub use film::tone::{Display, Tone};

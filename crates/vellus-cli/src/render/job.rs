@@ -10,10 +10,10 @@ use vellus_io::Digest;
 use vellus_open::{Backdrop, Opened, Staging};
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::{
-    BACKGROUND_NOTE, Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
+    BACKGROUND_NOTE, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
 };
 use vellus_render::tev::Viewer;
-use vellus_render::{Display, Error, Notes, PixelType, Settings, World, prepare};
+use vellus_render::{Denoise, Display, Error, Notes, PixelType, Settings, World, prepare};
 use vellus_scene::Scene;
 
 /// The size of a picture before its scene is read.

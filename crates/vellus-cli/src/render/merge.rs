@@ -9,8 +9,8 @@ use crate::say::note;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
 use vellus_render::denoise::Denoiser;
-use vellus_render::session::{Denoise, Event, Merge, Picture, SAMPLES_NOTE, read_film};
-use vellus_render::{Layer, PixelType};
+use vellus_render::session::{Event, Merge, Picture, SAMPLES_NOTE, read_film};
+use vellus_render::{Denoise, Layer, PixelType};
 
 /// Merge films that `vellus render --samples` rendered separately.
 ///

@@ -120,9 +120,9 @@ pub struct Args {
     #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
     #[arg(default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id")]
     layers: Layers,
-    /// Also write the denoised beauty: as the layer `denoised`, and as the PNG. This needs Intel Open Image Denoise 2:
-    /// `pip install pyoidn` installs it. Or set VELLUS_OIDN to the path of its library. The layers albedo and normal
-    /// guide it.
+    /// Also write the denoised beauty: as the layer `denoised`, and as the PNG. The lobes and lights of --layers become
+    /// layers such as `denoised_light_key`, and add up to it. This needs Intel Open Image Denoise 2: `pip install
+    /// pyoidn` installs it. Or set VELLUS_OIDN to the path of its library. The layers albedo and normal guide it.
     #[arg(long, conflicts_with = "samples")]
     denoise: bool,
     /// Store colours in 32 bits instead of 16.

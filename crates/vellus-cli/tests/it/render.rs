@@ -170,12 +170,14 @@ fn bad_requests_are_refused_before_work() {
     assert!(!path.join("out").join("render.exr").exists());
 }
 
-/// A denoised picture is closer to a converged one than the noisy picture is. The noisy channels stay unchanged.
+/// A denoised picture is closer to a converged one than the noisy picture is, and so are its lights and lobes. The lights
+/// add up to the picture. The noisy channels stay unchanged.
 /// Without the library, there is one message before anything is rendered.
 #[test]
 fn denoising_reduces_noise() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = ["render", "cat", "--small", "--size", "96x64", "--layers", "beauty,albedo,normal", "--float"];
+    let scene =
+        ["render", "cat", "--small", "--size", "96x64", "--layers", "beauty,albedo,normal,lights,lobes", "--float"];
     let with = |more: &[&'static str]| [&scene[..], more].concat();
     let missing = with(&["--denoise"]);
     let output = command(folder.path(), &missing).env("VELLUS_OIDN", "nothing.so").run().unwrap();
@@ -200,9 +202,26 @@ fn denoising_reduces_noise() {
     for c in ["R", "G", "B"] {
         let (truth, before) = (channel(&converged, c), channel(&noisy, c));
         assert_eq!(before, channel(&denoised, c));
-        let error = |values: &[f32]| values.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
-        let (after, before) = (error(&channel(&denoised, &format!("denoised.{c}"))), error(&before));
+        let error = |values: &[f32], truth: &[f32]| values.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+        let whole = channel(&denoised, &format!("denoised.{c}"));
+        let (after, before) = (error(&whole, &truth), error(&before, &truth));
         assert!(after < 0.5 * before, "{c}: {after} of {before}");
+        for kind in ["light_", "lobe_"] {
+            let names = noisy.channels.iter().map(|(name, _)| name);
+            let names: Vec<_> = names.filter(|n| n.starts_with(kind) && n.ends_with(&format!(".{c}"))).collect();
+            assert!(names.len() > 1, "{kind}");
+            let parts = |picture: &Picture, prefix: &str| {
+                names.iter().map(|name| channel(picture, &format!("{prefix}{name}"))).collect::<Vec<Vec<f32>>>()
+            };
+            let (truth, clean) = (parts(&converged, ""), parts(&denoised, "denoised_"));
+            let [before, after] = [parts(&noisy, ""), clean.clone()]
+                .map(|all| all.iter().zip(&truth).map(|(values, truth)| error(values, truth)).sum::<f32>());
+            assert!(after < 0.6 * before, "{kind} {c}: {after} of {before}");
+            for (i, whole) in whole.iter().enumerate() {
+                let missing = whole - clean.iter().map(|part| part[i]).sum::<f32>();
+                assert!(missing > -1e-4 && (kind == "lobe_" || missing < 1e-4), "{kind} {c} {i}: {missing}");
+            }
+        }
     }
 }
 

@@ -9,19 +9,20 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use std::path::PathBuf;
 use vellus::Lobe;
 use vellus_render::session::BACKGROUND_NOTE;
-use vellus_render::{Display, Film, Layer, Notes, PixelType, session};
+use vellus_render::{Denoised, Display, Film, Layer, Notes, PixelType, session};
 
 /// A rendered picture: a mapping from names of layers to arrays.
 ///
 /// An array has the shape (height, width, channels) or (height, width), with the top row first. Layers: `beauty`, and
 /// with `denoise=True` `denoised`; `alpha` and `fibers` (coverage), `variance`, `albedo`, `normal`, `tangent`, `depth`,
 /// `uv`, `motion`; `lobes` (height, width, 6, 3) in the order of `lobes`; `lights` (height, width, groups, 3) in the
-/// order of `light_groups`; `id`, the number of the nearest strand from 1 on, 0 for none; `crypto-object`,
+/// order of `light_groups`; with `denoise=True` also `denoised_lobes` and `denoised_lights`, which add up to `denoised` as
+/// the noisy ones do to `beauty`; `id`, the number of the nearest strand from 1 on, 0 for none; `crypto-object`,
 /// `crypto-look` and `crypto-group`, pairs of an id and its coverage. Colours are linear sRGB.
 #[pyclass(frozen, mapping, module = "vellus", name = "Picture")]
 pub struct Picture {
     pub film: Film,
-    pub denoised: Option<Vec<f32>>,
+    pub denoised: Option<Denoised>,
     pub notes: Notes,
     pub is_transparent: bool,
     pub rays: u64,
@@ -35,7 +36,9 @@ impl Picture {
     }
 
     fn names(&self) -> Vec<&'static str> {
-        self.layers().map(Layer::name).chain(self.denoised.is_some().then_some("denoised")).collect()
+        let parts = self.denoised.iter().flat_map(|denoised| &denoised.parts).map(|(layer, _)| clean_name(*layer));
+        let beauty = self.denoised.is_some().then_some("denoised");
+        self.layers().map(Layer::name).chain(beauty).chain(parts).collect()
     }
 
     fn shape(&self, channels: &[usize]) -> Vec<usize> {
@@ -62,8 +65,13 @@ impl Picture {
 #[pymethods]
 impl Picture {
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        if let (true, Some(denoised)) = (name == "denoised", &self.denoised) {
-            return Ok(PyArray1::from_slice(py, denoised).reshape(self.shape(&[3]))?.into_any());
+        if let Some(denoised) = &self.denoised {
+            let part = denoised.parts.iter().find(|(layer, _)| name == clean_name(*layer)).map(|(_, values)| values);
+            if let Some(values) = if name == "denoised" { Some(&denoised.beauty) } else { part } {
+                let parts = values.len() / denoised.beauty.len().max(1);
+                let shape = if part.is_some() { self.shape(&[parts, 3]) } else { self.shape(&[3]) };
+                return Ok(PyArray1::from_slice(py, values).reshape(shape)?.into_any());
+            }
         }
         let layer = name.parse::<Layer>().ok();
         let array = layer.map_or(Ok(None), |layer| self.array(py, layer))?;
@@ -198,7 +206,7 @@ impl Picture {
             notes,
             ..session::Picture::new(path)
         };
-        crate::threads::run(py, |_| picture.write(&self.film, self.denoised.as_deref()))?.map_err(|e| with_causes(&e))
+        crate::threads::run(py, |_| picture.write(&self.film, self.denoised.as_ref()))?.map_err(|e| with_causes(&e))
     }
 
     /// The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,
@@ -207,7 +215,7 @@ impl Picture {
     fn srgb<'py>(&self, py: Python<'py>, exposure: f32, tone: &str) -> PyResult<Bound<'py, PyAny>> {
         let display = display(exposure, tone)?;
         let bytes = match &self.denoised {
-            Some(denoised) => self.film.denoised_to_srgb(denoised, display),
+            Some(denoised) => self.film.denoised_to_srgb(&denoised.beauty, display),
             None => self.film.to_srgb(display),
         };
         Ok(PyArray1::from_vec(py, bytes).reshape(self.shape(&[3]))?.into_any())
@@ -216,7 +224,8 @@ impl Picture {
     /// The picture in a notebook.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let encode = if self.is_transparent { Film::to_transparent_png } else { Film::to_png };
-        let png = encode(&self.film, self.denoised.as_deref(), Display::default(), &[]).map_err(value)?;
+        let png = encode(&self.film, self.denoised.as_ref().map(|d| &d.beauty[..]), Display::default(), &[])
+            .map_err(value)?;
         Ok(PyBytes::new(py, &png))
     }
 
@@ -224,6 +233,11 @@ impl Picture {
         let (width, height, samples) = (self.film.width(), self.film.height(), self.film.samples());
         format!("<vellus.Picture: {width} x {height}, {samples} samples, {}>", self.names().join(", "))
     }
+}
+
+/// The name of a denoised part.
+fn clean_name(layer: Layer) -> &'static str {
+    if layer == Layer::Lobes { "denoised_lobes" } else { "denoised_lights" }
 }
 
 /// How a picture is shown.

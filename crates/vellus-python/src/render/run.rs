@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use vellus_render::session::{Options, Session, camera_notes};
-use vellus_render::{Error, Film, Filter, Layer, Lod, MAX_SAMPLES, Mode, Settings, denoise::Denoiser};
+use vellus_render::{Denoised, Error, Film, Filter, Layer, Lod, MAX_SAMPLES, Mode, Settings, denoise::Denoiser};
 
 /// The layers that are rendered if none are named: those of `vellus render`.
 const LAYERS: [&str; 11] =
@@ -85,7 +85,7 @@ enum Message {
 
 struct Finished {
     film: Film,
-    denoised: Option<Vec<f32>>,
+    denoised: Option<Denoised>,
     rays: u64,
     rejected: u64,
 }
@@ -125,7 +125,7 @@ impl Run {
         run.map_err(|e| with_causes(&e))?;
         let (rays, rejected) = (session.statistics().rays, session.statistics().rejected);
         let film = session.into_checkpoint().film;
-        let denoised = self.denoiser.as_ref().map(|denoiser| denoiser.clean(&film)).transpose();
+        let denoised = self.denoiser.as_ref().map(|denoiser| Denoised::new(denoiser, &film, &Layer::ALL)).transpose();
         Ok(Box::new(Finished { film, denoised: denoised.map_err(|e| with_causes(&e))?, rays, rejected }))
     }
 }

@@ -1,6 +1,7 @@
 //! Films as OpenEXR files.
 
 use super::attributes;
+use super::denoised::Denoised;
 use super::picture::{Notes, PIXELS_NOTE, PixelType, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer, cryptomatte};
@@ -28,8 +29,8 @@ impl Film {
     /// The bytes of an OpenEXR file.
     ///
     /// It has the `layers` that the film keeps, with linear colours (Rec. 709), and attributes for `notes` (names and
-    /// values): of the standard's types for names of the standard, texts for others. `denoised` is the beauty after a
-    /// denoiser, three values per pixel. It becomes the layer `denoised`.
+    /// values): of the standard's types for names of the standard, texts for others. The beauty of
+    /// `denoised` becomes the layer `denoised`, and its parts layers like `denoised_light_key` and `denoised_lobe_TT`.
     ///
     /// Albedo, normal, depth and motion are means over the covered part of the pixel. Tangent and root coordinates are
     /// means over the part that fibres cover. The variance is that of the pixel's mean brightness. If a film covers
@@ -41,7 +42,7 @@ impl Film {
     pub fn to_exr(
         &self,
         layers: &[Layer],
-        denoised: Option<&[f32]>,
+        denoised: Option<&Denoised>,
         pixel_type: PixelType,
         notes: &[(String, String)],
     ) -> std::result::Result<Vec<u8>, Error> {
@@ -73,9 +74,15 @@ impl Film {
             push(&names, (0..names.len()).map(values).collect(), exact);
         }
         if let Some(denoised) = denoised {
-            let names = ["R", "G", "B"].map(|c| format!("denoised.{c}"));
-            let values = |k| denoised.iter().skip(k).step_by(3).copied().collect();
-            push(&names, (0..3).map(values).collect(), false);
+            let mut push_clean = |names: &[String], all: &[f32]| {
+                let values = |k| all.iter().skip(k).step_by(names.len()).copied().collect();
+                push(names, (0..names.len()).map(values).collect(), false);
+            };
+            push_clean(&["R", "G", "B"].map(|c| format!("denoised.{c}")), &denoised.beauty);
+            for (layer, values) in &denoised.parts {
+                let names = layer.channel_names(self.layout().groups());
+                push_clean(&names.iter().map(|name| format!("denoised_{name}")).collect::<Vec<_>>(), values);
+            }
         }
         if kept(&Layer::Strand) {
             let ids = FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect());
@@ -267,7 +274,8 @@ mod tests {
         film.add_rows((0..2usize).into_par_iter().map(row));
         film.advance(1);
         let notes = [("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
-        let denoised: Vec<f32> = (0..18).map(|i| i as f32).collect();
+        let numbers = |count: u8| (0..count).map(f32::from).collect();
+        let denoised = Denoised { beauty: numbers(18), parts: vec![(Layer::Lights, numbers(36))] };
         let bytes = film.to_exr(&Layer::ALL, Some(&denoised), PixelType::Float, &notes).unwrap();
         let image =
             read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
@@ -275,8 +283,8 @@ mod tests {
         let layer = &image.layer_data;
         assert_eq!(image.attributes.display_window.size, Vec2(8, 9));
         assert_eq!(layer.attributes.layer_position, Vec2(4, 5));
-        // Three of the denoised beauty, and twelve for each Cryptomatte.
-        assert_eq!(layer.channel_data.list.len(), channels + 3 + 36);
+        // Three of the denoised beauty, six of its lights, and twelve for each Cryptomatte.
+        assert_eq!(layer.channel_data.list.len(), channels + 9 + 36);
         let Some(AttributeValue::Text(note)) = layer.attributes.other.get(&Text::from("vellus_command")) else {
             panic!()
         };
@@ -292,12 +300,12 @@ mod tests {
         assert_eq!(at("root.V", 3), 4.0 * mean(0, 1, Layer::RootUv, 1));
         let FlatSamples::U32(ids) = &channel("strand.id").sample_data else { panic!() };
         assert_eq!(ids[..3], [40_000_000, 40_000_001, 40_000_002]);
-        assert_eq!(at("denoised.G", 4), 13.0);
+        assert_eq!((at("denoised.G", 4), at("denoised_light_rim.R", 2)), (13.0, 15.0));
         assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
         assert_ne!(
             film.to_png(None, crate::Display::default(), &notes).unwrap(),
-            film.to_png(Some(&denoised), crate::Display::default(), &notes).unwrap()
+            film.to_png(Some(&denoised.beauty), crate::Display::default(), &notes).unwrap()
         );
         // Layers have 16 bits if that is enough. The numbers of strands reach 4e7, and all other values here are small.
         let bytes = film.to_exr(&Layer::ALL, None, PixelType::Half, &notes).unwrap();

@@ -3,6 +3,7 @@
 pub mod attributes;
 pub mod checkpoint;
 pub mod cryptomatte;
+pub mod denoised;
 mod exr;
 mod layer;
 pub mod layout;

@@ -2,10 +2,11 @@
 
 use super::keeper::Keeper;
 use super::notes::{layers_note, take_layers};
-use super::{Denoise, End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
+use super::{End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
 use crate::film::attributes::camera_notes;
 use crate::film::checkpoint::Checkpoint;
+use crate::film::denoised::Denoise;
 use crate::packed::RowTracer;
 use crate::world::World;
 use std::path::PathBuf;

@@ -30,7 +30,7 @@ pub use identity::{IDENTITY_NOTE, Identity};
 pub use job::{Job, Outcome};
 pub use merge::{Merge, Merged};
 pub use notes::fiber_notes;
-pub use picture::{BACKGROUND_NOTE, Denoise, Picture, SAMPLES_NOTE, end_notes, is_finished};
+pub use picture::{BACKGROUND_NOTE, Picture, SAMPLES_NOTE, end_notes, is_finished};
 pub use store::{Found, Store, read_film, write_film};
 
 use crate::error::Error;

@@ -7,6 +7,7 @@ use super::store::write;
 use crate::Display;
 use crate::error::Error;
 use crate::film::cryptomatte::RANKS;
+use crate::film::denoised::{Denoise, Denoised};
 use crate::film::picture::{Notes, PixelType, check_picture};
 use crate::film::{Film, Layer, layout::Layout};
 use std::path::{Path, PathBuf};
@@ -28,22 +29,6 @@ pub struct Picture {
     pub notes: Notes,
 }
 
-/// Removes noise from pictures. With the feature `denoise`, the type `Denoiser` does so.
-pub trait Denoise: std::fmt::Debug {
-    /// The beauty of a film without noise, three values a pixel, row by row.
-    ///
-    /// # Errors
-    /// [`Error::Denoise`].
-    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error>;
-}
-
-#[cfg(feature = "denoise")]
-impl Denoise for crate::denoise::Denoiser {
-    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error> {
-        self.clean(film)
-    }
-}
-
 impl Picture {
     /// All layers in 16 bits, without notes.
     pub fn new(path: impl Into<PathBuf>) -> Self {
@@ -58,12 +43,11 @@ impl Picture {
 
     /// Writes the files, and returns their paths. The PNG is written last: where it is, the picture is complete.
     ///
-    /// `denoised` is the beauty after a denoiser, three values a pixel: it becomes the layer `denoised` and what the
-    /// PNG shows.
+    /// `denoised` becomes layers of the OpenEXR file, and its beauty what the PNG shows.
     ///
     /// # Errors
     /// [`Error::Encode`] or [`Error::Write`].
-    pub fn write(&self, film: &Film, denoised: Option<&[f32]>) -> Result<Vec<PathBuf>, Error> {
+    pub fn write(&self, film: &Film, denoised: Option<&Denoised>) -> Result<Vec<PathBuf>, Error> {
         let mut written = Vec::new();
         let png = self.path.with_extension("png");
         if self.path != png {
@@ -72,12 +56,12 @@ impl Picture {
         }
         let transparent = self.notes.iter().any(|(name, value)| name == BACKGROUND_NOTE && value == "transparent");
         let encode = if transparent { Film::to_transparent_png } else { Film::to_png };
-        write(&png, &encode(film, denoised, self.display, &self.notes)?)?;
+        write(&png, &encode(film, denoised.map(|denoised| &denoised.beauty[..]), self.display, &self.notes)?)?;
         written.push(png);
         Ok(written)
     }
 
-    /// Writes the files with a denoised beauty, and reports each of them. If the denoiser fails, that is reported, and
+    /// Writes the files with a denoised beauty and its parts, and reports each of them. If the denoiser fails, that is reported, and
     /// the files are written without it.
     ///
     /// # Errors
@@ -88,20 +72,24 @@ impl Picture {
         denoiser: Option<&dyn Denoise>,
         mut report: impl FnMut(Event<'_>),
     ) -> Result<Vec<PathBuf>, Error> {
-        let denoised = denoiser.map(|denoiser| denoiser.clean(film)).transpose();
+        // A PNG alone shows no parts.
+        let layers = if self.path.extension().is_some_and(|e| e == "png") { &[][..] } else { &self.layers };
+        let denoised = denoiser.map(|denoiser| Denoised::new(denoiser, film, layers)).transpose();
         let denoised = denoised.unwrap_or_else(|error| {
             report(Event::DenoiserFailed(error));
             None
         });
-        let files = self.write(film, denoised.as_deref())?;
+        let files = self.write(film, denoised.as_ref())?;
         files.iter().for_each(|file| report(Event::Wrote(file)));
         Ok(files)
     }
 
     /// The most bytes that the files of a picture with this many pixels take. Noise hardly compresses.
     pub fn max_bytes(&self, pixels: u64, layout: &Layout) -> u64 {
-        // Three channels are those of a denoised beauty.
-        let channels = 3 + self.layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
+        let count = |l: &Layer| layout.range(*l).map_or(0, |range| range.len());
+        // The beauty, the lobes and the lights may be there twice: as they are, and denoised.
+        let twice = self.layers.iter().filter(|l| matches!(l, Layer::Lobes | Layer::Lights)).map(count).sum::<usize>();
+        let channels = 3 + twice + self.layers.iter().map(count).sum::<usize>();
         // A few channels always have 32 bits.
         let exr = if self.pixel_type == PixelType::Float { 4 * channels } else { 2 * channels + 10 };
         let crypto = Layer::CRYPTOMATTE.iter().filter(|l| self.layers.contains(l) && layout.has(**l)).count();

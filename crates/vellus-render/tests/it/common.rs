@@ -7,6 +7,11 @@ use vellus_scene::{Basis, Camera, Light, LightShape, Look, Scene, Strands};
 
 /// One strand.
 pub fn world() -> World {
+    World::new(fox()).unwrap()
+}
+
+/// The scene of [`world`].
+pub fn fox() -> Scene {
     let strands = Strands {
         name: "fur".to_owned(),
         basis: Basis::Linear,
@@ -18,13 +23,12 @@ pub fn world() -> World {
         look: 0,
         varying: vec![],
     };
-    let scene = Scene {
+    Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
         camera: Some(Camera::look_at(Vec3::Z * 3.0, Vec3::ZERO, Vec3::Y, 0.5, 1.0)),
         ..Scene::default()
-    };
-    World::new(scene).unwrap()
+    }
 }
 
 /// 8 by 8 pixels.

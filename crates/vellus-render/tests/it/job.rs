@@ -1,12 +1,14 @@
 //! Jobs: events, checkpoints, and what is kept when files cannot be written.
 
-use crate::common::{STATE, settings, world};
+use crate::common::{STATE, dome, fox, settings, world};
+use glam::Vec3;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use vellus_io::Digest;
-use vellus_render::session::{Denoise, End, Event, IDENTITY_NOTE, Job, Options, Outcome, Picture, Rescue, read_film};
-use vellus_render::{Error, Film, World};
+use vellus_render::session::{End, Event, IDENTITY_NOTE, Job, Options, Outcome, Picture, Rescue, read_film};
+use vellus_render::{Denoise, Denoised, Error, Film, Layer, World};
+use vellus_scene::{LightShape, Scene};
 use vellus_testing::program::is_alone_with;
 
 /// A job that writes `fox.exr` to a folder, with a checkpoint after each pass.
@@ -135,8 +137,9 @@ fn samples_that_cannot_be_written_are_rescued() {
 struct Constant(bool);
 
 impl Denoise for Constant {
-    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error> {
-        if self.0 { Ok(vec![0.5; 3 * film.width() * film.height()]) } else { Err(Error::Denoise("broken".to_owned())) }
+    fn clean(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>, Error> {
+        let picture = vec![0.5; 3 * film.width() * film.height()];
+        if self.0 { Ok(vec![picture; pictures.len()]) } else { Err(Error::Denoise("broken".to_owned())) }
     }
 }
 
@@ -151,6 +154,50 @@ fn a_denoiser_that_fails_costs_no_picture() {
         std::fs::read(folder.path().join("fox.png")).unwrap()
     };
     assert_ne!(png(true), png(false));
+}
+
+/// Makes each picture brighter than the one before it.
+#[derive(Debug)]
+struct Unequal;
+
+impl Denoise for Unequal {
+    fn clean(&self, _: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>, Error> {
+        let brighter = |(i, picture): (usize, &Vec<f32>)| picture.iter().map(|x| x * (1.0 + 0.2 * i as f32)).collect();
+        Ok(pictures.iter().enumerate().map(brighter).collect())
+    }
+}
+
+/// Denoised lights add up to the denoised beauty, and denoised lobes where the camera sees fibres, whatever the denoiser
+/// does to each of them. Only layers that are asked for are denoised.
+#[test]
+fn denoised_parts_add_up() {
+    let lamp = LightShape::Distant { direction: Vec3::Y, half_angle: 0.1, irradiance: [3.0, 2.0, 1.0] };
+    let world = World::new(Scene { lights: vec![dome(), lamp.into()], ..fox() }).unwrap();
+    let settings = settings();
+    let layers = [Layer::Beauty, Layer::Lobes, Layer::Lights, Layer::Fibers];
+    let mut film = Film::new(settings.size, settings.area(), world.layout(&layers));
+    world.render(&settings, &mut film, 0..4, &()).unwrap();
+    let denoised = Denoised::new(&Unequal, &film, &layers).unwrap();
+    assert_eq!(denoised.beauty, film.rgb(Layer::Beauty).unwrap());
+    let [covered, beauty] = [Layer::Fibers, Layer::Beauty].map(|layer| film.values(layer).unwrap());
+    let names: Vec<Layer> = denoised.parts.iter().map(|(layer, _)| *layer).collect();
+    assert_eq!(names, [Layer::Lobes, Layer::Lights]);
+    let mut full = 0;
+    for (layer, values) in &denoised.parts {
+        let channels = values.len() / covered.len();
+        assert_eq!(channels, if *layer == Layer::Lobes { 18 } else { 6 });
+        for (i, pixel) in values.chunks_exact(channels).enumerate() {
+            for c in 0..3 {
+                let (sum, whole) = (pixel.iter().skip(c).step_by(3).sum::<f32>(), beauty[3 * i + c]);
+                let all = *layer == Layer::Lights || covered[i] == 1.0;
+                full += usize::from(all && whole > 0.0);
+                assert!(sum <= whole + 1e-4 * whole.max(1.0), "{layer:?} {i}: {sum} of {whole}");
+                assert!(!all || sum >= whole - 1e-4 * whole.max(1.0), "{layer:?} {i}: {sum} of {whole}");
+            }
+        }
+    }
+    assert!(full > covered.len());
+    assert!(Denoised::new(&Unequal, &film, &[Layer::Beauty]).unwrap().parts.is_empty());
 }
 
 #[test]

@@ -117,7 +117,7 @@ fn white_furnace() {
 #[ignore = "test: 3 million samples"]
 fn the_error_of_a_growing_cache_goes_to_zero() {
     let world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
-    let truth = render(&world, &Settings { seed: 5, ..Settings::new(SIZE) }, 8192).0;
+    let truth = render(&world, &Settings { seed: 5, ..Settings::new(SIZE) }, 4096).0;
     let settings = with_cache(6, 1);
     let error = |film: &Film| {
         let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));

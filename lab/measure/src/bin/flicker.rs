@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --bin flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
 //!
-//! Two moves, each with and without a cache: a zoom by 8 in 13 steps, and a turn by 6° in 24 frames. FILL is the number
-//! of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod`
+//! Three moves, each with and without a cache: a zoom by 8 in 13 steps, a turn by 6° in 24 frames, and a sun as the only
+//! light that moves from above the camera to the side, in 24 frames. FILL is the number of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod`
 //! for FILL, frames have level of detail instead of a cache.
 //!
 //! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
@@ -14,9 +14,10 @@
 
 use glam::{Mat4, Vec3};
 use std::error::Error;
+use std::f32::consts::FRAC_PI_2;
 use vellus_groom::scene;
 use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
-use vellus_scene::{Camera, Scene};
+use vellus_scene::{Camera, Light, LightShape, Scene};
 
 /// The side of a block, in pixels.
 const BLOCK: usize = 8;
@@ -31,15 +32,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(names) if !names.is_empty() => names.iter().map(String::as_str).collect(),
         _ => vec!["hamster", "polar-bear", "raccoon"],
     };
-    println!("scene          move   jump      ±    blocks plain, cached");
+    println!("scene          move    jump      ±    blocks plain, cached");
     for name in names {
         measure(name, [width, width * 2 / 3], fill, samples)?;
     }
     Ok(())
 }
 
-/// The camera at a part of a move, in [0, 1].
-type Path<'a> = &'a dyn Fn(f32) -> Camera;
+/// Moves the camera or the light to a part of a move, in [0, 1].
+type Move<'a> = &'a dyn Fn(&mut World, f32) -> Result<(), vellus_scene::Error>;
 
 /// The brightness of blocks, of the picture, and the standard error of the latter.
 struct Frame {
@@ -79,6 +80,18 @@ fn turned(camera: Camera, target: Vec3, t: f32) -> Camera {
     Camera { to_world: about * camera.to_world, ..camera }
 }
 
+/// A sun, half as high as it is far, and dark lights: as many as the scene has.
+fn sun(camera: Camera, t: f32, count: usize) -> Vec<Light> {
+    let [right, up, away] = [camera.to_world.x_axis, camera.to_world.y_axis, camera.to_world.z_axis];
+    let (sin, cos) = (FRAC_PI_2 * t).sin_cos();
+    let direction = (sin * right + 0.5 * up + cos * away).truncate().normalize();
+    let light = |k| {
+        let irradiance = if k == 0 { [3.0; 3] } else { [0.0; 3] };
+        LightShape::Distant { direction, half_angle: 0.0047, irradiance }.into()
+    };
+    (0..count).map(light).collect()
+}
+
 /// `fill` is the number of samples in the cache. `None` measures level of detail.
 fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Result<(), Box<dyn Error>> {
     let scene = scene(name, false).ok_or_else(|| format!("there is no scene {name}"))?;
@@ -86,16 +99,18 @@ fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Res
     let (low, high) = scene.bounds().ok_or("the scene is empty")?;
     let target = 0.5 * (low + high);
     let mut full = World::new(scene.clone())?;
-    let mut frames = |count: usize, other: bool, place: Path<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
+    let mut frames = |count: usize, other: bool, place: Move<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
         let mut all = Vec::new();
         for k in 0..count {
-            let camera = place(k as f32 / (count - 1) as f32);
-            full.set_camera(camera)?;
+            let t = k as f32 / (count - 1) as f32;
+            place(&mut full, t)?;
             let mut fewer = None;
             if other && fill.is_none() {
-                let mut scene = Scene { camera: Some(camera), ..scene.clone() };
+                let mut scene = Scene { camera: Some(full.camera()), ..scene.clone() };
                 simplify(&mut scene, size, Lod::AUTO);
-                fewer = Some(World::new(scene)?);
+                let mut world = World::new(scene)?;
+                place(&mut world, t)?;
+                fewer = Some(world);
             }
             let world = fewer.as_ref().unwrap_or(&full);
             let cache = fill.filter(|_| other);
@@ -106,8 +121,14 @@ fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Res
         }
         Ok(all)
     };
-    let moves: [(&str, usize, Path<'_>); 2] =
-        [("zoom", 13, &|t| zoomed(camera, t)), ("turn", 24, &|t| turned(camera, target, t))];
+    let moves: [(&str, usize, Move<'_>); 3] = [
+        ("zoom", 13, &|world, t| world.set_camera(zoomed(camera, t))),
+        ("turn", 24, &|world, t| world.set_camera(turned(camera, target, t))),
+        ("light", 24, &|world, t| {
+            world.set_camera(camera)?;
+            world.set_lights(&sun(camera, t, scene.lights.len()))
+        }),
+    ];
     for (what, count, place) in moves {
         let (plain, cached) = (frames(count, false, place)?, frames(count, true, place)?);
         let change = |frames: &[Frame], k: usize| frames[k + 1].mean / frames[k].mean - 1.0;
@@ -117,7 +138,7 @@ fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Res
             all.iter().map(|frame| (frame.error / frame.mean).powi(2)).sum::<f64>().sqrt()
         };
         let unsure = (0..count - 1).map(unsure).fold(0.0, f64::max);
-        print!("{name:<14} {what} {:6.2} {:6.2}", 100.0 * jump, 100.0 * unsure);
+        print!("{name:<14} {what:<5} {:6.2} {:6.2}", 100.0 * jump, 100.0 * unsure);
         if what == "turn" {
             let flicker = [&plain, &cached].map(|frames| 100.0 * flicker(frames));
             print!("    {:6.2} {:6.2}", flicker[0], flicker[1]);

@@ -2,7 +2,7 @@
 //! `cargo run --release --bin refit`. It prints the rows of `FITTED` in
 //! `crates/vellus/src/fiber/species.rs`, and how well they match.
 
-use vellus::{ScatterExit, Fiber, Species};
+use vellus::{Fiber, ScatterExit, Species};
 use vellus_fit::{Refit, refit};
 
 fn main() {

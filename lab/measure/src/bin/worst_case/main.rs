@@ -22,7 +22,7 @@ use search::{Random, climb, distribution};
 use space::{Case, Limits, Offsets, Point};
 use std::process::ExitCode;
 use std::time::Instant;
-use vellus::{Error as FiberError, ScatterExit, Fiber, Species, TableData, Tables, grid};
+use vellus::{Error as FiberError, Fiber, ScatterExit, Species, TableData, Tables, grid};
 
 /// The quantities to search.
 struct Quantity {
@@ -119,7 +119,9 @@ fn options() -> Result<Options, String> {
             "--beta-n" => options.limits.beta_n = range(&word, words.next())?,
             "--g" => options.limits.g = range(&word, words.next())?,
             "--theta-o" => options.limits.theta_o = range(&word, words.next())?,
-            "--exit" => options.exit = words.next().unwrap_or_default().parse().map_err(|e: FiberError| e.to_string())?,
+            "--exit" => {
+                options.exit = words.next().unwrap_or_default().parse().map_err(|e: FiberError| e.to_string())?
+            }
             "--grey" => options.limits.grey = true,
             name if ["presets", "tables"].contains(&name) || QUANTITIES.iter().any(|q| q.name == name) => {
                 options.names.push(word)

@@ -1,6 +1,6 @@
 //! The searched space: every valid fibre, inclination, offset and window, as points of a unit cube.
 
-use vellus::{ScatterExit, Fiber, Window};
+use vellus::{Fiber, ScatterExit, Window};
 
 /// Coordinates of a point: η, κ, α, β_m, β_n, σ_ca (3), σ_ms, σ_ma (3), g, l, θ_o, and the two ends of a window.
 pub const DIMENSIONS: usize = 17;
