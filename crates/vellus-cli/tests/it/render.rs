@@ -170,8 +170,8 @@ fn bad_requests_are_refused_before_work() {
     assert!(!path.join("out").join("render.exr").exists());
 }
 
-/// A denoised picture is closer to a converged one than the noisy picture is, and so are its lights and lobes. The lights
-/// add up to the picture. The noisy channels stay unchanged.
+/// A denoised picture is closer to a converged one than the noisy picture is, and so are its lights and lobes. The
+/// lights add up to the picture. The noisy channels stay unchanged.
 /// Without the library, there is one message before anything is rendered.
 #[test]
 fn denoising_reduces_noise() {

@@ -61,8 +61,8 @@ impl Picture {
         Ok(written)
     }
 
-    /// Writes the files with a denoised beauty and its parts, and reports each of them. If the denoiser fails, that is reported, and
-    /// the files are written without it.
+    /// Writes the files with a denoised beauty and its parts, and reports each of them. If the denoiser fails, that is
+    /// reported, and the files are written without it.
     ///
     /// # Errors
     /// As [`Picture::write`].

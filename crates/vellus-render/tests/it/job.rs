@@ -167,8 +167,8 @@ impl Denoise for Unequal {
     }
 }
 
-/// Denoised lights add up to the denoised beauty, and denoised lobes where the camera sees fibres, whatever the denoiser
-/// does to each of them. Only layers that are asked for are denoised.
+/// Denoised lights add up to the denoised beauty, and denoised lobes where the camera sees fibres, whatever the
+/// denoiser does to each of them. Only layers that are asked for are denoised.
 #[test]
 fn denoised_parts_add_up() {
     let lamp = LightShape::Distant { direction: Vec3::Y, half_angle: 0.1, irradiance: [3.0, 2.0, 1.0] };

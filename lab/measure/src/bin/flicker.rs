@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release --bin flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
 //!
-//! Three moves, each with and without a cache: a zoom by 8 in 13 steps, a turn by 6° in 24 frames, and a sun as the only
-//! light that moves from above the camera to the side, in 24 frames. FILL is the number of samples of each pixel that
-//! fill the cache of a frame. Every frame has its own cache and its own seed. With `lod` for FILL, frames have level of
-//! detail instead of a cache.
+//! Three moves, each with and without a cache: a zoom by 8 in 13 steps, a turn by 6° in 24 frames, and a sun as the
+//! only light that moves from above the camera to the side, in 24 frames. FILL is the number of samples of each
+//! pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod` for FILL,
+//! frames have level of detail instead of a cache.
 //!
 //! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
 //! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise of
