@@ -60,6 +60,20 @@ def test_layers_have_their_shapes(scene):
         picture["denoised"]
 
 
+def test_denoised_parts_add_up(scene):
+    layers = ["beauty", "fibers", "lobes", "lights", "albedo", "normal"]
+    try:
+        picture = scene.render(32, 24, 4, layers=layers, denoise=True)
+    except ValueError as error:
+        assert "pip install pyoidn" in str(error)
+        pytest.skip(str(error))
+    assert list(picture)[-3:] == ["denoised", "denoised_lobes", "denoised_lights"]
+    whole, lobes, lights = (picture[name] for name in list(picture)[-3:])
+    assert lobes.shape == (24, 32, 6, 3) and lights.shape == (24, 32, 2, 3)
+    np.testing.assert_allclose(lights.sum(2), whole, rtol=1e-4, atol=1e-6)
+    assert (lobes.sum(2) <= whole * (1 + 1e-4) + 1e-6).all()
+
+
 def test_the_same_picture_from_threads_ranges_and_again(scene):
     first = scene.render(24, 16, 3)["beauty"]
     assert np.array_equal(first, scene.render(24, 16, 3)["beauty"])
