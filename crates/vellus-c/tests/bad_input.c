@@ -433,10 +433,10 @@ int main(int argc, char **argv)
     fibers();
     frames();
     OK(vellus_fiber_from_preset("red-fox", &fiber));
-    /* The far field of a rough fibre is a small table. */
+    /* For few rounds a rough fibre, whose far field is a small table. */
     VellusFiber *rough = NULL;
     OK(vellus_fiber_from_json("{\"kappa\": 0, \"beta_n\": 60, \"beta_m\": 60}", &rough));
-    shaders(rough);
+    shaders(argc > 1 ? rough : fiber);
     vellus_fiber_free(rough);
     queries(fiber);
     null_pointers(fiber);

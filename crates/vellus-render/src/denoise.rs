@@ -58,12 +58,6 @@ pub struct Denoiser {
     library: &'static Library,
 }
 
-impl Denoise for Denoiser {
-    fn clean(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
-        self.cleaned(film, pictures)
-    }
-}
-
 impl Denoiser {
     /// Loads the library that the environment variable `VELLUS_OIDN` names. If it is not set, loads version 2 from the
     /// folders of the system, or from the package `pyoidn` of the Python on the path.
@@ -100,8 +94,43 @@ impl Denoiser {
             .map_err(|e| Error::Denoise(format!("not Intel Open Image Denoise 2: {e}")))
     }
 
-    /// Pictures of a film without noise. Albedo and normal are denoised first, because they are noisy in fur, too.
-    fn cleaned(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
+    /// Runs the filter for ray-traced pictures.
+    fn filter(&self, device: Handle, [w, h]: [usize; 2], images: &[(&CStr, &[f32])], guided: bool) -> Result<Vec<f32>> {
+        let make: Symbol<MakeFilter> = self.find(c"oidnNewFilter")?;
+        let share: Symbol<Share> = self.find(c"oidnSetSharedFilterImage")?;
+        let set: Symbol<SetBool> = self.find(c"oidnSetFilterBool")?;
+        let commit: Symbol<Do> = self.find(c"oidnCommitFilter")?;
+        let execute: Symbol<Do> = self.find(c"oidnExecuteFilter")?;
+        let release: Symbol<Do> = self.find(c"oidnReleaseFilter")?;
+        let error: Symbol<GetError> = self.find(c"oidnGetDeviceError")?;
+        assert!(images.iter().all(|(_, values)| values.len() == 3 * w * h), "three values a pixel");
+        let mut output = vec![0f32; 3 * w * h];
+        // SAFETY: all images have w × h pixels of three floats and outlive the filter, which only writes to the output.
+        unsafe {
+            let filter = make(device, c"RT".as_ptr());
+            for (name, values) in images {
+                share(filter, name.as_ptr(), values.as_ptr().cast_mut().cast(), FLOAT3, w, h, 0, 0, 0);
+            }
+            share(filter, c"output".as_ptr(), output.as_mut_ptr().cast(), FLOAT3, w, h, 0, 0, 0);
+            set(filter, c"hdr".as_ptr(), images[0].0 == c"color");
+            set(filter, c"cleanAux".as_ptr(), guided);
+            commit(filter);
+            execute(filter);
+            release(filter);
+            let mut message = std::ptr::null();
+            if error(device, &mut message) != 0 {
+                let text =
+                    if message.is_null() { "unknown error".into() } else { CStr::from_ptr(message).to_string_lossy() };
+                return Err(failed(&text));
+            }
+        }
+        Ok(output)
+    }
+}
+
+impl Denoise for Denoiser {
+    /// Albedo and normal are denoised first, because they are noisy in fur, too.
+    fn clean(&self, film: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>> {
         let size = [film.width(), film.height()];
         let make: Symbol<Make> = self.find(c"oidnNewDevice")?;
         let [commit, release] = [c"oidnCommitDevice", c"oidnReleaseDevice"].map(|name| self.find::<Do>(name));
@@ -136,38 +165,5 @@ impl Denoiser {
         // SAFETY: as above.
         unsafe { release(device) };
         cleaned
-    }
-
-    /// Runs the filter for ray-traced pictures.
-    fn filter(&self, device: Handle, [w, h]: [usize; 2], images: &[(&CStr, &[f32])], guided: bool) -> Result<Vec<f32>> {
-        let make: Symbol<MakeFilter> = self.find(c"oidnNewFilter")?;
-        let share: Symbol<Share> = self.find(c"oidnSetSharedFilterImage")?;
-        let set: Symbol<SetBool> = self.find(c"oidnSetFilterBool")?;
-        let commit: Symbol<Do> = self.find(c"oidnCommitFilter")?;
-        let execute: Symbol<Do> = self.find(c"oidnExecuteFilter")?;
-        let release: Symbol<Do> = self.find(c"oidnReleaseFilter")?;
-        let error: Symbol<GetError> = self.find(c"oidnGetDeviceError")?;
-        assert!(images.iter().all(|(_, values)| values.len() == 3 * w * h), "three values a pixel");
-        let mut output = vec![0f32; 3 * w * h];
-        // SAFETY: all images have w × h pixels of three floats and outlive the filter, which only writes to the output.
-        unsafe {
-            let filter = make(device, c"RT".as_ptr());
-            for (name, values) in images {
-                share(filter, name.as_ptr(), values.as_ptr().cast_mut().cast(), FLOAT3, w, h, 0, 0, 0);
-            }
-            share(filter, c"output".as_ptr(), output.as_mut_ptr().cast(), FLOAT3, w, h, 0, 0, 0);
-            set(filter, c"hdr".as_ptr(), images[0].0 == c"color");
-            set(filter, c"cleanAux".as_ptr(), guided);
-            commit(filter);
-            execute(filter);
-            release(filter);
-            let mut message = std::ptr::null();
-            if error(device, &mut message) != 0 {
-                let text =
-                    if message.is_null() { "unknown error".into() } else { CStr::from_ptr(message).to_string_lossy() };
-                return Err(failed(&text));
-            }
-        }
-        Ok(output)
     }
 }
