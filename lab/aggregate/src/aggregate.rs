@@ -11,7 +11,7 @@ use crate::once::leaves_after_one;
 use crate::orders::Orders;
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
-use vellus::{Bcsdf, Fiber, WindowSupport, Model, Window};
+use vellus::{Bcsdf, Fiber, Model, Window, WindowSupport};
 
 /// One thick fibre that stands for a bunch of fibres.
 ///

@@ -1136,7 +1136,8 @@ class Picture:
     `uv`, `motion`; `lobes` (height, width, 6, 3) in the order of `lobes`; `lights` (height, width, groups, 3) in the
     order of `light_groups`; with `denoise=True` also `denoised_lobes` and `denoised_lights`, which add up to `denoised`
     as the noisy ones do to `beauty`; `id`, the number of the nearest strand from 1 on, 0 for none; `crypto-object`,
-    `crypto-look` and `crypto-group`, pairs of an id and its coverage. Colours are linear sRGB.
+    `crypto-look` and `crypto-group`, pairs of an id and its coverage; with a radiance cache `cache-error`, the part of
+    the variance that belongs to it. Colours are linear sRGB.
     """
     def __getitem__(self, name: str, /) -> NDArray[Any]: ...
     def __contains__(self, name: str, /) -> bool: ...

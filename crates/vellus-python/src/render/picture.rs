@@ -18,7 +18,8 @@ use vellus_render::{Denoised, Display, Film, Layer, Notes, PixelType, session};
 /// `uv`, `motion`; `lobes` (height, width, 6, 3) in the order of `lobes`; `lights` (height, width, groups, 3) in the
 /// order of `light_groups`; with `denoise=True` also `denoised_lobes` and `denoised_lights`, which add up to `denoised`
 /// as the noisy ones do to `beauty`; `id`, the number of the nearest strand from 1 on, 0 for none; `crypto-object`,
-/// `crypto-look` and `crypto-group`, pairs of an id and its coverage. Colours are linear sRGB.
+/// `crypto-look` and `crypto-group`, pairs of an id and its coverage; with a radiance cache `cache-error`, the part of
+/// the variance that belongs to it. Colours are linear sRGB.
 #[pyclass(frozen, mapping, module = "vellus", name = "Picture")]
 pub struct Picture {
     pub film: Film,

@@ -69,9 +69,8 @@ fn layers(names: &[String]) -> PyResult<Vec<Layer>> {
     let mut all = Vec::new();
     for name in names {
         match name.as_str() {
-            "all" => all.extend(Layer::ALL),
             "cryptomatte" => all.extend(Layer::CRYPTOMATTE),
-            name => all.push(name.parse().map_err(|e: Error| PyValueError::new_err(format!("layers: {e}")))?),
+            name => all.extend(Layer::list(name).map_err(|e| PyValueError::new_err(format!("layers: {e}")))?),
         }
     }
     Ok(all)

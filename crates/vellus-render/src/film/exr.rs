@@ -70,7 +70,8 @@ impl Film {
             }
             let names = layer.channel_names(self.layout().groups());
             let values = |k| pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
-            let exact = matches!(layer, Layer::SecondMoment | Layer::Depth | Layer::RootUv | Layer::Motion);
+            use Layer::{CacheError, Depth, Motion, RootUv, SecondMoment};
+            let exact = matches!(layer, SecondMoment | CacheError | Depth | RootUv | Motion);
             push(&names, (0..names.len()).map(values).collect(), exact);
         }
         if let Some(denoised) = denoised {
@@ -119,6 +120,7 @@ impl Film {
         };
         match layer {
             Layer::SecondMoment => self.error(x, y).powi(2) as f32,
+            Layer::CacheError => mean.powi(2) as f32,
             Layer::Albedo | Layer::Normal | Layer::Depth | Layer::Motion => over(Layer::Alpha),
             Layer::Tangent | Layer::RootUv => over(Layer::Fibers),
             _ => mean as f32,

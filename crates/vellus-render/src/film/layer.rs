@@ -43,11 +43,15 @@ pub enum Layer {
     CryptoLook,
     /// Cryptomatte of sets of strands.
     CryptoGroup,
+    /// The error of the radiance cache: an estimate of what its noise and the size of its cells change in the
+    /// brightness. OpenEXR files store its square. The mean over many pixels is about right, the value in one pixel
+    /// says little. A film keeps it if the picture has a cache.
+    CacheError,
 }
 
 impl Layer {
     /// All layers, in order.
-    pub const ALL: [Layer; 16] = [
+    pub const ALL: [Layer; 17] = [
         Layer::Beauty,
         Layer::Alpha,
         Layer::SecondMoment,
@@ -64,6 +68,7 @@ impl Layer {
         Layer::CryptoObject,
         Layer::CryptoLook,
         Layer::CryptoGroup,
+        Layer::CacheError,
     ];
 
     /// The layers of Cryptomatte. They share the counts of a film.
@@ -75,7 +80,7 @@ impl Layer {
         match self {
             Layer::Lights | Layer::CryptoObject | Layer::CryptoLook | Layer::CryptoGroup => 0,
             Layer::Lobes => 18,
-            Layer::Alpha | Layer::SecondMoment | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
+            Layer::Alpha | Layer::SecondMoment | Layer::Fibers | Layer::Depth | Layer::Strand | Layer::CacheError => 1,
             Layer::RootUv | Layer::Motion => 2,
             _ => 3,
         }
@@ -105,6 +110,7 @@ impl Layer {
             Layer::CryptoObject => "crypto-object",
             Layer::CryptoLook => "crypto-look",
             Layer::CryptoGroup => "crypto-group",
+            Layer::CacheError => "cache-error",
         }
     }
 
@@ -127,19 +133,21 @@ impl Layer {
             Layer::Motion => vec!["motion.X".to_owned(), "motion.Y".to_owned()],
             Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
             Layer::Strand => vec!["strand.id".to_owned()],
+            Layer::CacheError => vec!["cache_error.V".to_owned()],
             Layer::CryptoObject | Layer::CryptoLook | Layer::CryptoGroup => cryptomatte::channel_names(self),
         }
     }
 }
 
 impl Layer {
-    /// Reads names of layers, separated by commas, or `all`.
+    /// Reads names of layers, separated by commas, or `all`: what every picture can have, without
+    /// [`Layer::CacheError`].
     ///
     /// # Errors
     /// [`Error::Settings`] if there is no such layer.
     pub fn list(names: &str) -> Result<Vec<Layer>, Error> {
         if names == "all" {
-            return Ok(Layer::ALL.to_vec());
+            return Ok(Layer::ALL.into_iter().filter(|&layer| layer != Layer::CacheError).collect());
         }
         names.split(',').map(|name| name.trim().parse()).collect()
     }
@@ -166,7 +174,9 @@ mod tests {
         let list = |names: &str| Layer::list(names).map_err(|e| e.to_string());
         assert_eq!(list("depth,id"), Ok(vec![Layer::Depth, Layer::Strand]));
         assert_eq!(list("uv, lights"), Ok(vec![Layer::RootUv, Layer::Lights]));
-        assert_eq!(list(&Layer::ALL.map(Layer::name).join(",")), list("all"));
+        let all = Layer::ALL.map(Layer::name).join(",");
+        assert_eq!(list(&all).map(|all| all.len()), Ok(17));
+        assert_eq!(list(all.strip_suffix(",cache-error").unwrap()), list("all"));
         assert!(list("beauty,depht").unwrap_err().contains("'depht'"));
     }
 }

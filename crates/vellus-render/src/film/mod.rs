@@ -183,7 +183,8 @@ impl Film {
     }
 
     /// The noise of the picture: the root mean square of the pixels' standard errors, divided by the mean brightness.
-    /// `None` with fewer than two samples a pixel, and for a black picture.
+    /// The error of the radiance cache is a part of it. `None` with fewer than two samples a pixel, and for a black
+    /// picture.
     pub fn noise(&self) -> Option<f64> {
         let n = (self.width() * self.height()) as f64;
         // Sums of rows: the order of additions does not depend on the number of threads.
@@ -192,7 +193,7 @@ impl Film {
             .map(|y| {
                 (0..self.width()).fold([0.0; 2], |[mean, square], x| {
                     let brightness = self.brightness(x, y);
-                    [mean + brightness, square + self.squared_error(x, y, brightness)]
+                    [mean + brightness, square + self.error(x, y).powi(2)]
                 })
             })
             .collect();
@@ -200,15 +201,16 @@ impl Film {
         (self.samples > 1 && mean > 0.0).then(|| square.sqrt() / mean)
     }
 
-    /// The standard error of a pixel's mean brightness.
+    /// The standard error of a pixel's mean brightness, by its samples and by the radiance cache.
     pub fn error(&self, x: usize, y: usize) -> f64 {
-        self.squared_error(x, y, self.brightness(x, y)).sqrt()
+        self.variance_of_samples(x, y).sqrt().hypot(self.mean(x, y, Layer::CacheError, 0))
     }
 
-    fn squared_error(&self, x: usize, y: usize, brightness: f64) -> f64 {
+    /// The variance of a pixel's mean brightness, if the radiance cache had no error.
+    pub(crate) fn variance_of_samples(&self, x: usize, y: usize) -> f64 {
         let n = self.samples_of(x, y).max(2) as f64;
         let square = self.mean(x, y, Layer::SecondMoment, 0);
-        (square - brightness.powi(2)).max(0.0) / (n - 1.0)
+        (square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)
     }
 
     /// The number of pixels with a sum at the end of its range. They may be too dark in the picture. The range of

@@ -36,7 +36,7 @@ impl Format {
         match layer {
             Layer::Beauty | Layer::Lights => Format::Light,
             Layer::SecondMoment => Format::Square,
-            Layer::Lobes | Layer::Depth => Format::Part,
+            Layer::Lobes | Layer::Depth | Layer::CacheError => Format::Part,
             Layer::Strand => Format::Largest,
             Layer::Alpha
             | Layer::Fibers

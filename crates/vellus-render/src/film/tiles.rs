@@ -151,7 +151,8 @@ impl Film {
             let (sum, count) = pixels(i, 1 - half).fold((0.0, 0.0), |(sum, n), (x, y)| (sum + value(x, y), n + 1.0));
             sum / f64::max(count, 1.0)
         };
-        let variance = |x, y| self.error(x, y).powi(2) * self.samples_of(x, y) as f64;
+        // More samples do not reduce the error of a cache: a larger cache does.
+        let variance = |x, y| self.variance_of_samples(x, y) * self.samples_of(x, y) as f64;
         let variance: Vec<f64> = (0..places.len()).into_par_iter().map(|i| mean(i, &variance)).collect();
         // A tile with less noise than its surroundings may have been lucky.
         let around = |&[x, y]: &[usize; 2]| {

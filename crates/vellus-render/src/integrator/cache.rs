@@ -87,6 +87,12 @@ pub(super) fn channels(layout: &Layout) -> std::ops::Range<usize> {
     }
 }
 
+/// The sum over the groups of lights.
+fn sum_of_groups(light: &[f32]) -> Rgb {
+    let groups = light.as_chunks::<3>().0;
+    groups.iter().fold([0.0; 3], |sum, group| std::array::from_fn(|c| sum[c] + group[c]))
+}
+
 /// The sizes of cells. They grow with the distance from the camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
@@ -149,12 +155,14 @@ impl Hasher for Mixed {
 type Table = HashMap<u64, u32, BuildHasherDefault<Mixed>>;
 
 /// A cell while the cache is filled.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Cell {
     /// The cell around it. A largest cell is its own parent.
     parent: u32,
     records: u32,
     throughput: Rgb,
+    /// The sums of light and throughput, each record with its sign.
+    signed: [Rgb; 2],
 }
 
 /// A cache that is being filled.
@@ -166,13 +174,22 @@ pub(crate) struct Filling {
     cells: Vec<Cell>,
     /// The sum of the light of each cell.
     light: Vec<f32>,
+    /// The number of records.
+    records: u64,
 }
 
 impl Filling {
     /// An empty cache for a camera at `eye` whose pixels have the width `slope` at distance 1.
     pub(crate) fn new(eye: Vec3, slope: f32, layout: &Layout) -> Self {
         let channels = channels(layout).len();
-        Filling { grid: Grid { eye, slope }, channels, table: Table::default(), cells: Vec::new(), light: Vec::new() }
+        Filling {
+            grid: Grid { eye, slope },
+            channels,
+            table: Table::default(),
+            cells: Vec::new(),
+            light: Vec::new(),
+            records: 0,
+        }
     }
 
     /// How paths make records.
@@ -186,17 +203,24 @@ impl Filling {
             return;
         }
         let side = self.grid.side(record.key.point);
+        self.records += 1;
+        let sign = if mix(self.records) & 1 == 0 { 1.0 } else { -1.0 };
+        let all_light = sum_of_groups(&record.light);
         let mut parent = None;
         for size in SIZES {
             let new = self.cells.len() as u32;
             let index = *self.table.entry(self.grid.cell(&record.key, side, size)).or_insert(new);
             if index == new {
-                self.cells.push(Cell { parent: parent.unwrap_or(new), records: 0, throughput: [0.0; 3] });
+                self.cells.push(Cell { parent: parent.unwrap_or(new), ..Cell::default() });
                 self.light.resize(self.light.len() + self.channels, 0.0);
             }
             let cell = &mut self.cells[index as usize];
             cell.records += 1;
-            (0..3).for_each(|c| cell.throughput[c] += record.throughput[c]);
+            for c in 0..3 {
+                cell.throughput[c] += record.throughput[c];
+                cell.signed[0][c] += sign * all_light[c];
+                cell.signed[1][c] += sign * record.throughput[c];
+            }
             let light = &mut self.light[index as usize * self.channels..][..self.channels];
             light.iter_mut().zip(&record.light).for_each(|(sum, x)| *sum += x);
             if cell.records < ENOUGH {
@@ -210,21 +234,33 @@ impl Filling {
     pub(crate) fn finish(self, samples: u32) -> RadianceCache {
         let mut used = vec![true; self.cells.len()];
         let mut light = self.light.clone();
+        let mut error: Vec<Rgb> = Vec::with_capacity(self.cells.len());
         // A parent comes before its children.
         for (i, cell) in self.cells.iter().enumerate() {
             let (parent, n) = (cell.parent as usize, cell.records as f32);
             let root = parent == i;
             used[i] = if root { cell.records >= ENOUGH } else { used[parent] };
+            // The mean of the cell around this one counts as this many records of the same throughput.
+            let prior = if root { 0.0 } else { PRIOR / n };
             for k in 0..self.channels {
-                // The mean of the cell around this one counts as this many records of the same throughput.
                 let weight = cell.throughput[k % 3];
-                let (prior, around) = if root { (0.0, 0.0) } else { (PRIOR / n, light[parent * self.channels + k]) };
+                let around = if root { 0.0 } else { light[parent * self.channels + k] };
                 let sum = light[i * self.channels + k] + prior * weight * around;
                 let mean = sum / (weight * (1.0 + prior));
                 light[i * self.channels + k] = if weight > 0.0 { mean } else { around };
             }
+            let center = if root { i } else { parent };
+            let [own, around] = [i, center].map(|i| sum_of_groups(&light[i * self.channels..][..self.channels]));
+            // Means of nested cells differ as much as the light does inside the smaller one, if it has edges.
+            let of_parent = if root { [0.0; 3] } else { error[parent] };
+            let [signed, throughput] = cell.signed;
+            error.push(std::array::from_fn(|c| {
+                let weight = cell.throughput[c];
+                let noise = if weight > 0.0 { (signed[c] - around[c] * throughput[c]) / weight } else { 0.0 };
+                (noise + prior * of_parent[c]) / (1.0 + prior) + own[c] - around[c]
+            }));
         }
-        RadianceCache { filling: self, samples, used, light }
+        RadianceCache { filling: self, samples, used, light, error }
     }
 }
 
@@ -239,20 +275,28 @@ pub struct RadianceCache {
     used: Vec<bool>,
     /// The mean light of each cell.
     light: Vec<f32>,
+    /// The error of the sum of all groups in each cell.
+    error: Vec<Rgb>,
 }
 
 impl RadianceCache {
     /// The mean radiance that leaves a thing against the direction of the ray that hit it, three channels for each
-    /// group of lights, from the smallest cell with records. `None` if there are too few.
+    /// group of lights, from the smallest cell with records; and the error of their sum. `None` if there are too few
+    /// records.
+    ///
+    /// The error has two parts: the noise of the records, and what the cell differs from those around it, because it
+    /// differs as much inside. The noise is the sum of what the records differ from the mean, each with a sign by
+    /// chance. So a path may add up the errors of several cells: the mean square of the sum is right, though they share
+    /// records.
     ///
     /// `u` in [0, 1)³ moves the point by up to half a cell of size 0, so that the edges of cells do not show.
-    pub(super) fn radiance(&self, key: &Key, u: [f32; 3]) -> Option<&[f32]> {
+    pub(super) fn radiance(&self, key: &Key, u: [f32; 3]) -> Option<(&[f32], Rgb)> {
         let Filling { grid, channels, table, .. } = &self.filling;
         let side = grid.side(key.point);
         let moved = Key { point: key.point + (Vec3::from(u) - 0.5) * side, ..*key };
         let found = SIZES.iter().rev().find_map(|&size| table.get(&grid.cell(&moved, side, size)));
         let index = found.map(|&index| index as usize).filter(|&index| self.used[index])?;
-        Some(&self.light[index * channels..][..*channels])
+        Some((&self.light[index * channels..][..*channels], self.error[index]))
     }
 
     /// The samples of each pixel that filled it.
@@ -274,6 +318,7 @@ impl RadianceCache {
     pub fn bytes(&self) -> usize {
         let Filling { table, cells, light, .. } = &self.filling;
         let means = (light.capacity() + self.light.capacity()) * size_of::<f32>() + self.used.capacity();
+        let means = means + self.error.capacity() * size_of::<Rgb>();
         table.capacity() * (size_of::<(u64, u32)>() + 1) + cells.capacity() * size_of::<Cell>() + means
     }
 

@@ -272,8 +272,9 @@ pub(crate) fn trace<M: Model>(
                 }
                 Indirect::Cached(cache) => {
                     let [x, y, z, _] = sampler.next();
-                    if let Some(radiance) = cache.radiance(&key, [x, y, z]) {
+                    if let Some((radiance, error)) = cache.radiance(&key, [x, y, z]) {
                         path.add_groups(radiance, depth + 1);
+                        path.set(Layer::CacheError, &[times(path.throughput, error).iter().sum::<f32>() / 3.0]);
                         break;
                     }
                 }

@@ -56,10 +56,11 @@ impl Identity<'_> {
     pub fn digest(&self, sources: Digest) -> DigestBuilder {
         let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
         let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect, radiance_cache } = self.settings;
-        let (later, first): (Vec<Layer>, Vec<Layer>) = Layer::ALL.iter().partition(|l| Layer::CRYPTOMATTE.contains(l));
+        let (later, first): (Vec<Layer>, Vec<Layer>) =
+            Layer::ALL.iter().partition(|l| (**l as usize) < Layer::CryptoObject as usize);
         let has = |layer: &Layer| self.layers.contains(layer);
         let mut layers: Vec<u8> = first.iter().map(|layer| u8::from(has(layer))).collect();
-        // Films without Cryptomatte have the identity that they had before there was such a layer.
+        // Films without Cryptomatte, or a later layer, have the identity that they had before there was such a layer.
         layers.extend(later.iter().filter(|layer| has(layer)).map(|layer| *layer as u8));
         let digest = DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
@@ -78,7 +79,7 @@ impl Identity<'_> {
             .field("sources", sources.0);
         // Pictures without a cache have the identity that they had before there were caches. The same holds for others.
         let digest = match radiance_cache {
-            Some(samples) => digest.field("growing radiance cache", samples.to_le_bytes()),
+            Some(samples) => digest.field("radiance cache with error", samples.to_le_bytes()),
             None => digest,
         };
         match self.lod {

@@ -189,7 +189,10 @@ impl<'w> Session<'w> {
     /// [`Error::Settings`] if an option is out of its range. [`Error::Memory`] if the film has no room.
     pub fn new(world: &'w World, options: Options) -> Result<Self, Error> {
         options.validate()?;
-        let Options { settings, layers, samples, exact, noise, time, pass, identity, notes } = options;
+        let Options { settings, mut layers, samples, exact, noise, time, pass, identity, notes } = options;
+        if settings.radiance_cache.is_some() {
+            layers.push(Layer::CacheError);
+        }
         let film = Film::try_new(settings.size, settings.area(), world.layout(&layers))?;
         let goals = Goals { samples: samples.end - samples.start, noise, time };
         let empty = samples.start..samples.start;

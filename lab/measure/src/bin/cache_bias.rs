@@ -4,7 +4,7 @@
 //!
 //! Scenes are those of `radiance_cache`. REFERENCE is the number of samples of full paths. Each cached picture starts
 //! with 8 samples in the cache, and is rendered with SEEDS seeds: "±" is the standard error of their mean, the first
-//! one that of the full paths.
+//! one that of the full paths. `fur` are the pixels with more than half fur, `all` is all light of the picture.
 
 use std::error::Error;
 use vellus_measure::varied;
@@ -32,20 +32,25 @@ fn measure(name: &str, size: [usize; 2], reference: u64, seeds: u32, counts: &[u
     let truth = render(&Settings { seed: 999, ..Settings::new(size) }, reference)?;
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
     let fur: Vec<_> = pixels.filter(|&(x, y)| truth.mean(x, y, Layer::Fibers, 0) > 0.5).collect();
-    let light = |film: &Film| fur.iter().map(|&(x, y)| film.mean(x, y, Layer::Beauty, 1)).sum::<f64>();
-    let all = light(&truth);
-    let unsure = fur.iter().map(|&(x, y)| truth.error(x, y).powi(2)).sum::<f64>().sqrt() / all;
-    print!("{name:<20} ±{unsure:.4}");
+    let mut pictures = Vec::new();
     for &samples in counts {
-        let ratio = |seed| {
-            let settings = Settings { seed, radiance_cache: Some(8), ..Settings::new(size) };
-            render(&settings, samples).map(|film| light(&film) / all)
-        };
-        let ratios = (0..seeds).map(ratio).collect::<Result<Vec<f64>, _>>()?;
-        let n = f64::from(seeds);
-        let mean = ratios.iter().sum::<f64>() / n;
-        let error = (ratios.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
-        print!("  {samples}: {mean:.4} ±{error:.4}");
+        let one = |seed| render(&Settings { seed, radiance_cache: Some(8), ..Settings::new(size) }, samples);
+        pictures.push((samples, (0..seeds).map(one).collect::<Result<Vec<Film>, _>>()?));
+    }
+    let everywhere: Vec<_> = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).collect();
+    print!("{name:<20}");
+    for (what, pixels) in [("fur", &fur), ("all", &everywhere)] {
+        let light = |film: &Film| pixels.iter().map(|&(x, y)| film.mean(x, y, Layer::Beauty, 1)).sum::<f64>();
+        let true_light = light(&truth);
+        let unsure = pixels.iter().map(|&(x, y)| truth.error(x, y).powi(2)).sum::<f64>().sqrt() / true_light;
+        print!("  {what} ±{unsure:.4}");
+        for (samples, films) in &pictures {
+            let ratios: Vec<f64> = films.iter().map(|film| light(film) / true_light).collect();
+            let n = ratios.len() as f64;
+            let mean = ratios.iter().sum::<f64>() / n;
+            let error = (ratios.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
+            print!("  {samples}: {mean:.4} ±{error:.4}");
+        }
     }
     println!();
     Ok(())

@@ -8,7 +8,7 @@
 
 use vellus_groom::scene;
 use vellus_render::denoise::Denoiser;
-use vellus_render::{Film, Layer, Settings, World};
+use vellus_render::{Denoised, Film, Layer, Settings, World};
 
 const REFERENCE: u64 = 1024;
 const SCENES: [&str; 5] = ["cat", "raccoon", "hair", "polar-bear", "hamster"];
@@ -41,7 +41,8 @@ fn measure(name: &str, width: usize, denoiser: &Denoiser) -> Result<(), Box<dyn 
     for samples in [16, 64] {
         let film = render(samples, 2, &[Layer::Beauty, Layer::Albedo, Layer::Normal])?;
         let plain = render(samples, 2, &[Layer::Beauty])?;
-        let pictures = [beauty(&film)?, denoiser.clean(&plain)?, denoiser.clean(&film)?];
+        let clean = |film: &Film| Denoised::new(denoiser, film, &[]).map(|denoised| denoised.beauty);
+        let pictures = [beauty(&film)?, clean(&plain)?, clean(&film)?];
         let [noisy, unguided, guided] = pictures.map(|picture| error(&picture, &reference, &fur));
         println!("{name:12} {samples:7} {noisy:10.2e} {unguided:10.2e} {guided:10.2e}");
     }

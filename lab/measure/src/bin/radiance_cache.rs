@@ -6,10 +6,10 @@
 //! the object, `SCENE@sky` a white sky. FILL is the number of samples of each pixel that fill the cache.
 //!
 //! Errors are mean squares over the pixels of fur, relative to the square of the converged picture plus 0.001, minus
-//! the noise of the converged picture. A picture of n samples has the error variance/n + floor. The floor is the
-//! error of the cache. `gain` is the processor time of plain path tracing to the same error, over that of filling the
-//! cache and of SAMPLES cached samples. It counts the floor as error. `ideal` is the ratio of variance × time, without
-//! the cache's time and error.
+//! the noise of the converged picture. A picture of n samples has the error variance/n + floor. The floor is the error
+//! of the cache, and `known` what the picture estimates of it. `gain` is the processor time of plain path tracing to
+//! the same error, over that of filling the cache and of SAMPLES cached samples. It counts the floor as error. `ideal`
+//! is the ratio of variance × time, without the cache's time and error.
 
 use std::error::Error;
 use vellus_io::cpu_time;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => SCENES.to_vec(),
     };
     println!(
-        "scene           rays plain, cached  variance      floor  mean of R, G, B     ±       fill  MB  gain ideal"
+        "scene           rays plain, cached  variance      floor    known  mean of R, G, B     ±       fill  MB  gain ideal"
     );
     for name in names {
         measure(name, [width, width * 2 / 3], fill, samples, reference)?;
@@ -48,7 +48,7 @@ fn render(
     cache: Option<&RadianceCache>,
     samples: std::ops::Range<u64>,
 ) -> Result<Picture, Box<dyn Error>> {
-    let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Beauty, Layer::Fibers]));
+    let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::CacheError]));
     let start = cpu_time().ok_or("the system does not measure processor time")?;
     let count = samples.end - samples.start;
     let statistics = world.render_cached(settings, cache, &mut film, samples, &())?;
@@ -85,6 +85,11 @@ fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64, reference: u64
     let many = render(&world, &settings, Some(&cache), 0..8 * n)?;
     let [a, b] = [&few, &many].map(|picture| error(&picture.film) - noise);
     let (floor, cached) = ((8.0 * b - a) / 7.0, (a - b) * n as f64 * 8.0 / 7.0);
+    // What the picture knows about the error of its cache.
+    let brightness = |&(x, y): &(usize, usize)| (0..3).map(|c| color(&converged, (x, y), c)).sum::<f64>() / 3.0;
+    let known =
+        |p: &(usize, usize)| many.film.mean(p.0, p.1, Layer::CacheError, 0).powi(2) / (brightness(p).powi(2) + 1e-3);
+    let known = fur.iter().map(known).sum::<f64>() / fur.len() as f64;
     let mean = |film: &Film, c| fur.iter().map(|&p| color(film, p, c)).sum::<f64>();
     let mean: [f64; 3] = std::array::from_fn(|c| mean(&many.film, c) / mean(&converged, c));
     // The standard error of these ratios, without the noise of the cache.
@@ -97,7 +102,7 @@ fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64, reference: u64
     let gain = variance / reached * per_full / (filling + samples as f64 * per_cached);
     let ideal = variance * per_full / (cached * per_cached);
     let [red, green, blue] = mean;
-    print!("{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5}", full.rays, many.rays);
+    print!("{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5} {known:8.5}", full.rays, many.rays);
     print!("  {red:.4} {green:.4} {blue:.4} {unsure:.4}");
     println!("  {filling:6.2} {:3.0} {gain:5.2} {ideal:5.2}", cache.bytes() as f64 * 1e-6);
     Ok(())
