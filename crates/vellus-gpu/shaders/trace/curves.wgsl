@@ -29,8 +29,8 @@ fn set_of(point: u32) -> u32 {
 fn segment_of(first: u32) -> Segment {
     let row = data_row(SETS).y + 2u * set_of(first);
     let basis = data_row(row).y;
-    let p = point_row(first);
-    let q = point_row(first + 1u);
+    let p = point_at(first);
+    let q = point_at(first + 1u);
     var s: Segment;
     s.linear = basis == 0u;
     if s.linear {
@@ -39,8 +39,8 @@ fn segment_of(first: u32) -> Segment {
         s.b = p + (q - p) / 3.0;
         s.c = q + (p - q) / 3.0;
     } else {
-        let r = point_row(first + 2u);
-        let t = point_row(first + 3u);
+        let r = point_at(first + 2u);
+        let t = point_at(first + 3u);
         if basis == 1u {
             s.a = p;
             s.b = q;
@@ -247,12 +247,12 @@ fn newton(k: Cubic, t_max: f32, low: f32, high: f32) -> vec2<f32> {
 // A bit for each of four chords of a leaf that is within reach of the ray.
 fn near_chords(leaf: u32, half: u32, ray: Ray, basis: Basis, t_max: f32) -> u32 {
     let row = leaf * 16u + half;
-    let ax = bitcast<vec4<f32>>(chord_row(row)) - ray.origin.x;
-    let ay = bitcast<vec4<f32>>(chord_row(row + 2u)) - ray.origin.y;
-    let az = bitcast<vec4<f32>>(chord_row(row + 4u)) - ray.origin.z;
-    let bx = bitcast<vec4<f32>>(chord_row(row + 6u)) - ray.origin.x;
-    let by = bitcast<vec4<f32>>(chord_row(row + 8u)) - ray.origin.y;
-    let bz = bitcast<vec4<f32>>(chord_row(row + 10u)) - ray.origin.z;
+    let ax = chord_at(row) - ray.origin.x;
+    let ay = chord_at(row + 2u) - ray.origin.y;
+    let az = chord_at(row + 4u) - ray.origin.z;
+    let bx = chord_at(row + 6u) - ray.origin.x;
+    let by = chord_at(row + 8u) - ray.origin.y;
+    let bz = chord_at(row + 10u) - ray.origin.z;
     let margins = chord_row(row + 12u);
     let reach = bitcast<vec4<f32>>(margins & vec4<u32>(0xffff0000u));
     let back = bitcast<vec4<f32>>(margins << vec4<u32>(16u));

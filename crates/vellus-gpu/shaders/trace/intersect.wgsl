@@ -18,8 +18,8 @@ fn enter_boxes(node: u32, half: u32, origin: vec3<f32>, inverse: vec3<f32>, t_ma
     var leave = vec4<f32>(t_max);
     var empty = vec4<bool>(false);
     for (var k = 0u; k < 3u; k++) {
-        let low = bitcast<vec4<f32>>(node_row(node * 14u + 2u * k + half));
-        let high = bitcast<vec4<f32>>(node_row(node * 14u + 6u + 2u * k + half));
+        let low = node_at(node * 14u + 2u * k + half);
+        let high = node_at(node * 14u + 6u + 2u * k + half);
         empty = empty | (low > high);
         let a = (low - origin[k]) * inverse[k];
         let b = (high - origin[k]) * inverse[k];
@@ -139,13 +139,56 @@ struct Corners {
     second: mat3x4<f32>,
 }
 
-fn triangle_part(leaf: u32, half: u32, part: u32) -> mat3x4<f32> {
-    let row = leaf * 20u + 6u * part + half;
+fn triangle_part_of(row: u32) -> mat3x4<f32> {
     return mat3x4<f32>(
         bitcast<vec4<f32>>(triangle_row(row)),
         bitcast<vec4<f32>>(triangle_row(row + 2u)),
         bitcast<vec4<f32>>(triangle_row(row + 4u))
     );
+}
+
+fn triangle_part(leaf: u32, half: u32, part: u32) -> mat3x4<f32> {
+    let row = leaf * 20u + 6u * part + half;
+    let open = triangle_part_of(row);
+    if !HAS_MOTION {
+        return open;
+    }
+    let closed = triangle_part_of(row + data_row(CLOSED).z);
+    return mat3x4<f32>(at_time(open[0], closed[0]), at_time(open[1], closed[1]), at_time(open[2], closed[2]));
+}
+
+// The edges of a triangle, and its corner, when the shutter opens or when it closes.
+struct Corner {
+    at: vec3<f32>,
+    first: vec3<f32>,
+    second: vec3<f32>,
+}
+
+fn corner_of(leaf: u32, lane: u32, closed: bool) -> Corner {
+    let row = leaf * 20u + lane / 4u + select(0u, data_row(CLOSED).z, closed);
+    let k = lane % 4u;
+    let c = triangle_part_of(row);
+    let e = triangle_part_of(row + 6u);
+    let f = triangle_part_of(row + 12u);
+    return Corner(
+        vec3<f32>(c[0][k], c[1][k], c[2][k]), vec3<f32>(e[0][k], e[1][k], e[2][k]), vec3<f32>(f[0][k], f[1][k], f[2][k])
+    );
+}
+
+// How far a point of a triangle moves while the shutter is open, in its own space.
+fn triangle_movement(hit: Hit) -> vec3<f32> {
+    let a = corner_of(hit.index, hit.lane, false);
+    let b = corner_of(hit.index, hit.lane, true);
+    return b.at - a.at + (b.first - a.first) * hit.uv.x + (b.second - a.second) * hit.uv.y;
+}
+
+// A normal that moves with its triangle. Its components along the edges and the plane's normal stay the same.
+fn carried(n: vec3<f32>, hit: Hit, e: vec3<f32>, f: vec3<f32>) -> vec3<f32> {
+    let open = corner_of(hit.index, hit.lane, false);
+    let upright = normalize_or(cross(open.first, open.second), vec3<f32>(0.0));
+    let m = normalize_or(cross(e, f), vec3<f32>(0.0));
+    let sum = dot(open.first, n) * cross(f, m) + dot(open.second, n) * cross(m, e) + dot(upright, n) * cross(e, f);
+    return sum / dot(e, cross(f, m));
 }
 
 // Whether a triangle lets a ray pass that meets it: because it casts no shadow in the light whose casters these are, or
@@ -175,7 +218,8 @@ fn passes(triangle: u32, casters: u32, ray: Ray, at: vec2<f32>) -> bool {
     // PCG (O'Neill 2014, as in Jarzynski and Olano 2020). The last word is the time of the ray.
     let words = array<u32, 8>(
         triangle, bitcast<u32>(ray.origin.x), bitcast<u32>(ray.origin.y), bitcast<u32>(ray.origin.z),
-        bitcast<u32>(ray.direction.x), bitcast<u32>(ray.direction.y), bitcast<u32>(ray.direction.z), 0u
+        bitcast<u32>(ray.direction.x), bitcast<u32>(ray.direction.y), bitcast<u32>(ray.direction.z),
+        bitcast<u32>(path_time)
     );
     var bits = 0u;
     for (var k = 0u; k < 8u; k++) {
@@ -419,8 +463,11 @@ fn face_of(hit: Hit, ray: Ray) -> Face {
     var normal = front;
     if mesh.z != NONE {
         let row = mesh.z + 3u * triangle;
-        let smooth_normal = data_floats(row).xyz * w + data_floats(row + 1u).xyz * hit.uv.x
+        var smooth_normal = data_floats(row).xyz * w + data_floats(row + 1u).xyz * hit.uv.x
             + data_floats(row + 2u).xyz * hit.uv.y;
+        if HAS_MOTION {
+            smooth_normal = carried(smooth_normal, hit, first, second);
+        }
         normal = normalize_or(smooth_normal, plane);
     }
     if HAS_NORMAL_MAPS {

@@ -235,6 +235,35 @@ fn record_of(place: Place, hit: Hit, sampler: ptr<function, Sampler>) -> u32 {
     return data_word(row.w + hit.index - row.x + end);
 }
 
+// Sets how far a point moves in the picture while the shutter is open, in pixels to the right and up. `movement` is its
+// movement in the world.
+fn set_motion(path: ptr<function, Path>, now: vec3<f32>, movement: vec3<f32>) {
+    let start = layer(LAYER_MOTION);
+    if start == NONE {
+        return;
+    }
+    let open = place_seen(now - movement * path_time, 0.0);
+    let closed = place_seen(now + movement * (1.0 - path_time), 1.0);
+    if open.z < 0.0 && closed.z < 0.0 {
+        set_value(path, start, closed.x - open.x);
+        set_value(path, start + 1u, open.y - closed.y);
+    }
+}
+
+// How far the point of a strand moves while the shutter is open, in the world.
+fn strand_movement(hit: Hit) -> vec3<f32> {
+    let time = path_time;
+    path_time = 0.0;
+    let open = segment_at(segment_of(hit.index), hit.uv.x).xyz;
+    path_time = 1.0;
+    let closed = segment_at(segment_of(hit.index), hit.uv.x).xyz;
+    path_time = time;
+    if hit.instance == NONE {
+        return closed - open;
+    }
+    return transform_vector(instance_row(hit.instance) + 3u, closed - open);
+}
+
 // Adds the light that reaches a fibre, and samples the next ray. Returns false if the path ends.
 fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, depth: u32) -> bool {
     let place = place_of(hit);
@@ -251,6 +280,9 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         set_layer3(path, LAYER_TANGENT, place.tangent);
         set_layer3(path, LAYER_NORMAL, normalize_or(out, vec3<f32>(0.0)));
         set_layer1(path, LAYER_FIBERS, 1.0);
+        if HAS_MOTION {
+            set_motion(path, place.center, strand_movement(hit));
+        }
         let numbers = data_row(rows + 1u);
         let start = layer(LAYER_ROOT_UV);
         if start != NONE && numbers.w != NONE {
@@ -348,6 +380,13 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
     let b = next4(sampler);
     if depth == 0u {
         set_layer3(path, LAYER_NORMAL, face.normal);
+        if HAS_MOTION {
+            var movement = triangle_movement(hit);
+            if hit.instance != NONE {
+                movement = transform_vector(instance_row(hit.instance) + 3u, movement);
+            }
+            set_motion(path, point, movement);
+        }
     }
     (*path).lights = 1.0;
     (*path).class_id = class_of(data_row(SETS).x + face.mesh);
@@ -409,18 +448,56 @@ fn film_place(pixel: vec2<u32>, u: vec4<f32>) -> vec2<f32> {
     return vec2<f32>(pixel) + 0.5 + vec2<f32>(filter_offset(u.x, tent), filter_offset(u.y, tent));
 }
 
+// The axes of the camera and its origin.
+struct Frame {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    z: vec3<f32>,
+    origin: vec3<f32>,
+}
+
+fn frame_at(time: f32) -> Frame {
+    let frame = Frame(
+        data_floats(CAMERA_X).xyz, data_floats(CAMERA_Y).xyz, data_floats(CAMERA_Z).xyz, data_floats(CAMERA_ORIGIN).xyz
+    );
+    if !HAS_MOTION {
+        return frame;
+    }
+    let turn = data_floats(CAMERA_TURN);
+    let by = vellus_sin_cos(turn.w * time);
+    return Frame(
+        turned(frame.x, turn.xyz, by), turned(frame.y, turn.xyz, by), turned(frame.z, turn.xyz, by),
+        frame.origin + data_floats(CAMERA_MOVE).xyz * time
+    );
+}
+
+// A vector, turned about an axis. `by` are the sine and the cosine of the angle.
+fn turned(v: vec3<f32>, axis: vec3<f32>, by: vec2<f32>) -> vec3<f32> {
+    return v * by.y + cross(axis, v) * by.x + axis * (dot(axis, v) * (1.0 - by.y));
+}
+
+// Where the camera sees a point: pixels from the upper left corner, and the place along its third axis, which is
+// negative in front of it.
+fn place_seen(point: vec3<f32>, time: f32) -> vec3<f32> {
+    let frame = frame_at(time);
+    let from_eye = point - frame.origin;
+    let p = vec3<f32>(dot(from_eye, frame.x), dot(from_eye, frame.y), dot(from_eye, frame.z));
+    let size = vec2<f32>(data_row(SIZE).xy);
+    let on_film = p.xy / -p.z - data_floats(SHIFT).xy;
+    let pixels = size.y / data_floats(CAMERA_X).w;
+    return vec3<f32>(0.5 * size + vec2<f32>(on_film.x, -on_film.y) * pixels, p.z);
+}
+
 fn camera_ray(pixel: vec2<u32>, u: vec4<f32>) -> Ray {
-    let x = data_floats(CAMERA_X);
-    let y = data_floats(CAMERA_Y);
-    let z = data_floats(CAMERA_Z);
+    let frame = frame_at(path_time);
     let size = vec2<f32>(data_row(SIZE).xy);
     let place = film_place(pixel, u) / size - 0.5;
-    let lens = concentric(u.zw) * z.w;
-    let film = vec2<f32>(place.x * size.x / size.y, -place.y) * x.w + data_floats(SHIFT).xy;
-    let focus = vec3<f32>(film, -1.0) * y.w;
+    let lens = concentric(u.zw) * data_floats(CAMERA_Z).w;
+    let film = vec2<f32>(place.x * size.x / size.y, -place.y) * data_floats(CAMERA_X).w + data_floats(SHIFT).xy;
+    let focus = vec3<f32>(film, -1.0) * data_floats(CAMERA_Y).w;
     let d = focus - vec3<f32>(lens, 0.0);
-    let direction = normalize(x.xyz * d.x + y.xyz * d.y + z.xyz * d.z);
-    let origin = data_floats(CAMERA_ORIGIN).xyz + x.xyz * lens.x + y.xyz * lens.y;
+    let direction = normalize(frame.x * d.x + frame.y * d.y + frame.z * d.z);
+    let origin = frame.origin + frame.x * lens.x + frame.y * lens.y;
     return Ray(origin, INFINITY, direction);
 }
 
@@ -453,6 +530,9 @@ fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32
     let pixel = data_row(SIZE).zw + vec2<u32>(place % width, job.x + place / width);
     *sampler = new_sampler(pixel, job.z + k % job.w, data_row(AREA).z);
     let u = next4(sampler);
+    if HAS_MOTION {
+        path_time = next4(sampler).x;
+    }
     (*path).base = base;
     (*path).pixel = pixel;
     (*path).u = u;

@@ -14,6 +14,37 @@ fn data_word(index: u32) -> u32 {
     return data_row(index / 4u)[index % 4u];
 }
 
+// The time of the path: the shutter opens at 0 and closes at 1.
+var<private> path_time: f32;
+
+// A row of an array at the time of the path, from its rows when the shutter opens and closes.
+fn at_time(open: vec4<f32>, closed: vec4<f32>) -> vec4<f32> {
+    return open * (1.0 - path_time) + closed * path_time;
+}
+
+fn node_at(row: u32) -> vec4<f32> {
+    let open = bitcast<vec4<f32>>(node_row(row));
+    if !HAS_MOTION {
+        return open;
+    }
+    return at_time(open, bitcast<vec4<f32>>(node_row(row + data_row(CLOSED).x)));
+}
+
+fn chord_at(row: u32) -> vec4<f32> {
+    let open = bitcast<vec4<f32>>(chord_row(row));
+    if !HAS_MOTION {
+        return open;
+    }
+    return at_time(open, bitcast<vec4<f32>>(chord_row(row + data_row(CLOSED).y)));
+}
+
+fn point_at(row: u32) -> vec4<f32> {
+    if !HAS_MOTION {
+        return point_row(row);
+    }
+    return at_time(point_row(row), point_row(row + data_row(CLOSED).w));
+}
+
 fn data_number(index: u32) -> f32 {
     return bitcast<f32>(data_word(index));
 }

@@ -171,7 +171,8 @@ mod tests {
         let mut arrays: Vec<Array> =
             ["node_row", "chord_row", "triangle_row", "data_row"].map(|name| rows(name, "u32")).into();
         arrays.extend(["point_row", "vellus_row"].map(|name| rows(name, "f32")));
-        let names = ["HAS_LOBES", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
+        let names =
+            ["HAS_LOBES", "HAS_MOTION", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
         for (far, all) in [(None, false), (None, true), (Some(&rows("vellus_far_row", "f32")), true)] {
             let text = shader(&arrays, far, &names.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));

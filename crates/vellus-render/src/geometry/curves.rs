@@ -220,9 +220,12 @@ impl Curves {
         &self.strands
     }
 
-    /// The chords of each leaf with their margins and first control points.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Ends, u32x8, [u32; WIDTH])> {
-        self.blocks.iter().map(|block| (&block.ends, block.margins, block.first))
+    /// The chords of each leaf when the shutter opens and when it closes, their margins and first control points.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = ([&Ends; 2], u32x8, [u32; WIDTH])> {
+        self.blocks
+            .iter()
+            .enumerate()
+            .map(|(i, block)| ([&block.ends, self.closed.get(i).unwrap_or(&block.ends)], block.margins, block.first))
     }
 
     /// The hierarchy.

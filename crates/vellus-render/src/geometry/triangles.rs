@@ -135,9 +135,10 @@ impl Triangles {
         &self.meshes
     }
 
-    /// The triangles of each leaf.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Shape, [u32; WIDTH])> {
-        self.blocks.iter().map(|block| (&block.shape, block.index))
+    /// The triangles of each leaf when the shutter opens and when it closes.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = ([&Shape; 2], [u32; WIDTH])> {
+        let all = self.blocks.iter().enumerate();
+        all.map(|(i, block)| ([&block.shape, self.closed.get(i).unwrap_or(&block.shape)], block.index))
     }
 
     /// The hierarchy.

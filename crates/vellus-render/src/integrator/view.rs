@@ -60,6 +60,16 @@ impl View {
         self.closed.is_some()
     }
 
+    /// The axis in the world and the angle of its rotation, and its movement, while the shutter is open.
+    pub(crate) fn turn(&self) -> (Vec3, f32, Vec3) {
+        let (turn, place) = self.open;
+        let (turned, moved) = self.closed.unwrap_or(self.open);
+        let by = turned * turn.inverse();
+        // The shorter way.
+        let (axis, angle) = if by.w < 0.0 { -by } else { by }.normalize().to_axis_angle();
+        (axis, angle, moved - place)
+    }
+
     /// The transform from its frame to the world.
     fn frame(&self, time: f32) -> Affine3A {
         let (turn, place) = self.open;
@@ -147,6 +157,22 @@ mod tests {
             assert!(all.iter().all(|x| x.abs() <= reach) && all.is_sorted());
             let mean = |f: &dyn Fn(f32) -> f32| all.iter().map(|&x| f64::from(f(x))).sum::<f64>() / N as f64;
             assert!(mean(&|x| x).abs() < 1e-5 && (mean(&|x| x * x) - variance).abs() < 1e-4, "{filter:?}");
+        }
+    }
+
+    /// The rotation about its axis and the movement make the frame at any time.
+    #[test]
+    fn the_turn_is_that_of_the_frame() {
+        let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
+        for angle in [0.0, 0.8, 3.0, -2.5] {
+            camera.moved = Some(Mat4::from_rotation_y(angle) * Mat4::from_translation(Vec3::X) * camera.to_world);
+            let view = View::new(camera);
+            let (axis, angle, way) = view.turn();
+            for time in [0.0, 0.3, 1.0] {
+                let turned = Quat::from_axis_angle(axis, angle * time) * view.open.0;
+                let expected = Affine3A::from_rotation_translation(turned, view.open.1 + way * time);
+                assert!(view.frame(time).abs_diff_eq(expected, 1e-5), "{angle} {time}");
+            }
         }
     }
 

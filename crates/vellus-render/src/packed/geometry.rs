@@ -8,7 +8,7 @@ use crate::integrator::geometry::Geometry;
 use std::collections::HashMap;
 use vellus::{Fiber, Parameter};
 use vellus_scene::{Basis, Strands, Values};
-use wide::{f32x8, u32x8};
+use wide::f32x8;
 
 /// In place of a record: the strands have one for each control point.
 const PER_POINT: u32 = NONE - 1;
@@ -21,6 +21,8 @@ pub(super) struct Places {
     pub sets: [u32; 4],
     /// The rows of the instances, and of their leaves.
     pub instances: [u32; 4],
+    /// The distances in rows of nodes, chords, triangles and points when the shutter closes.
+    pub closed: [u32; 4],
 }
 
 /// The roots of one object.
@@ -37,16 +39,38 @@ struct Before {
     triangles: u32,
 }
 
+/// The arrays when the shutter closes. They follow those when it opens, if anything moves.
+#[derive(Default)]
+struct Closed {
+    nodes: Vec<[u32; 4]>,
+    chords: Vec<[u32; 4]>,
+    triangles: Vec<[u32; 4]>,
+    points: Vec<[f32; 4]>,
+}
+
+impl Closed {
+    /// Appends them. Returns how many rows after a row that of the closed shutter is, in each array.
+    fn append(self, packed: &mut PackedScene) -> [u32; 4] {
+        let Closed { nodes, chords, triangles, points } = self;
+        let rows = [nodes.len(), chords.len(), triangles.len(), points.len()].map(|rows| rows as u32);
+        packed.nodes.extend(nodes);
+        packed.chords.extend(chords);
+        packed.triangles.extend(triangles);
+        packed.points.extend(points);
+        rows
+    }
+}
+
 pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, String> {
-    let mut before = Before::default();
+    let (mut before, mut closed) = (Before::default(), Closed::default());
     let (mut sets, mut meshes) = (Vec::new(), Vec::new());
     let mut fibers = Fibers::default();
     let (mut set, mut waiting) = (0, 0);
     let mut object = |packed: &mut PackedScene, curves: &Curves, triangles: &Triangles| -> Result<Roots, String> {
         waiting = waiting.max(most_waiting(curves.bvh())).max(most_waiting(triangles.bvh()));
         let roots = Roots {
-            curves: pack_curves(packed, curves, before.points),
-            triangles: pack_triangles(packed, triangles, before.triangles),
+            curves: pack_curves(packed, &mut closed, curves, before.points),
+            triangles: pack_triangles(packed, &mut closed, triangles, before.triangles),
         };
         for strands in curves.strands() {
             let records = fibers.records(packed, geometry, set, strands);
@@ -64,6 +88,13 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             sets.push([before.points, basis, records[0], records[1]]);
             sets.push([starts, strands.len() as u32, geometry.strands_before[set], uv]);
             packed.points.extend(strands.points.iter().map(|p| p.to_array()));
+            closed.points.extend(
+                strands
+                    .points
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| strands.moved.as_ref().map_or(*p, |moved| moved[i].extend(p.w)).to_array()),
+            );
             before.points += strands.points.len() as u32;
             set += 1;
         }
@@ -114,8 +145,9 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
         return Err(format!("a hierarchy in which more than {STACK} nodes wait"));
     }
     let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());
-    let root = pack_bvh(packed, bvh, 0);
+    let root = pack_bvh(packed, &mut closed, bvh, 0);
     Ok(Places {
+        closed: if geometry.moves { closed.append(packed) } else { [0; 4] },
         roots: [own.curves, own.triangles, root, geometry.instances.len() as u32],
         sets: [set_count, sets, mesh_count, meshes],
         instances: [instances, leaves, 0, 0],
@@ -137,7 +169,7 @@ fn most_waiting(bvh: &Bvh) -> usize {
     let nodes: Vec<_> = bvh.nodes().collect();
     let mut most = vec![0; nodes.len()];
     // Children come after their node.
-    for (i, (bounds, children)) in nodes.iter().enumerate().rev() {
+    for (i, ([bounds, _], children)) in nodes.iter().enumerate().rev() {
         let [low, high] = [bounds[0][0], bounds[1][0]].map(f32x8::to_array);
         let full = (0..8).filter(|&lane| low[lane] <= high[lane]).map(|lane| children[lane]);
         let count = full.clone().count();
@@ -148,34 +180,39 @@ fn most_waiting(bvh: &Bvh) -> usize {
 }
 
 /// Appends the nodes of a hierarchy whose first leaf is `leaves`. Returns its root.
-fn pack_bvh(packed: &mut PackedScene, bvh: &Bvh, leaves: u32) -> u32 {
+fn pack_bvh(packed: &mut PackedScene, closed: &mut Closed, bvh: &Bvh, leaves: u32) -> u32 {
     let nodes = packed.nodes.len() as u32 / 14;
     let moved = |child: u32| if child & LEAF == 0 { child + nodes } else { child + leaves };
     for (bounds, children) in bvh.nodes() {
-        packed.nodes.extend(bounds.iter().flatten().flat_map(|x| eight(*x)));
-        packed.nodes.extend(halves(children.map(moved)));
+        for (nodes, bounds) in [&mut packed.nodes, &mut closed.nodes].into_iter().zip(bounds) {
+            nodes.extend(bounds.iter().flatten().flat_map(|x| eight(*x)));
+            nodes.extend(halves(children.map(moved)));
+        }
     }
     moved(bvh.root())
 }
 
-fn pack_curves(packed: &mut PackedScene, curves: &Curves, points: u32) -> u32 {
+fn pack_curves(packed: &mut PackedScene, closed: &mut Closed, curves: &Curves, points: u32) -> u32 {
     let leaves = packed.chords.len() as u32 / 16;
     for (ends, margins, first) in curves.blocks() {
-        packed.chords.extend(ends.iter().flatten().flat_map(|x| eight(*x)));
-        let margins: u32x8 = margins;
-        packed.chords.extend(halves(margins.to_array()));
-        packed.chords.extend(halves(first.map(|first| if first == NONE { NONE } else { first + points })));
+        for (chords, ends) in [&mut packed.chords, &mut closed.chords].into_iter().zip(ends) {
+            chords.extend(ends.iter().flatten().flat_map(|x| eight(*x)));
+            chords.extend(halves(margins.to_array()));
+            chords.extend(halves(first.map(|first| if first == NONE { NONE } else { first + points })));
+        }
     }
-    pack_bvh(packed, curves.bvh(), leaves)
+    pack_bvh(packed, closed, curves.bvh(), leaves)
 }
 
-fn pack_triangles(packed: &mut PackedScene, triangles: &Triangles, before: u32) -> u32 {
+fn pack_triangles(packed: &mut PackedScene, closed: &mut Closed, triangles: &Triangles, before: u32) -> u32 {
     let leaves = packed.triangles.len() as u32 / 20;
-    for (shape, index) in triangles.blocks() {
-        packed.triangles.extend(shape.iter().flatten().flat_map(|x| eight(*x)));
-        packed.triangles.extend(halves(index.map(|index| if index == NONE { NONE } else { index + before })));
+    for (shapes, index) in triangles.blocks() {
+        for (rows, shape) in [&mut packed.triangles, &mut closed.triangles].into_iter().zip(shapes) {
+            rows.extend(shape.iter().flatten().flat_map(|x| eight(*x)));
+            rows.extend(halves(index.map(|index| if index == NONE { NONE } else { index + before })));
+        }
     }
-    pack_bvh(packed, triangles.bvh(), leaves)
+    pack_bvh(packed, closed, triangles.bvh(), leaves)
 }
 
 /// All different fibres.
@@ -227,11 +264,11 @@ mod tests {
             let (bvh, _) = Bvh::build(count, |i| (place(i), place(i) + 1.0));
             let nodes: Vec<_> = bvh.nodes().collect();
             // The children of a node in all orders: the most that wait below any of them.
-            fn most(nodes: &[(&crate::geometry::bvh::Boxes, [u32; 8])], node: u32) -> usize {
+            fn most(nodes: &[([&crate::geometry::bvh::Boxes; 2], [u32; 8])], node: u32) -> usize {
                 if node & LEAF != 0 {
                     return 0;
                 }
-                let (bounds, children) = nodes[node as usize];
+                let ([bounds, _], children) = nodes[node as usize];
                 let low = bounds[0][0].to_array();
                 let full: Vec<u32> = (0..8).filter(|&k| low[k] < f32::MAX).map(|k| children[k]).collect();
                 let below = full.iter().map(|&child| most(nodes, child)).max();

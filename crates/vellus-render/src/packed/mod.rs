@@ -29,7 +29,7 @@ pub const NONE: u32 = u32::MAX;
 pub const STACK: usize = 192;
 
 /// Rows of the header, at the beginning of [`PackedScene::data`]. The first channels of all layers follow.
-const HEADER_ROWS: [&str; 15] = [
+const HEADER_ROWS: [&str; 18] = [
     "CAMERA_X",      // and film height
     "CAMERA_Y",      // and focus distance
     "CAMERA_Z",      // and lens radius
@@ -45,6 +45,9 @@ const HEADER_ROWS: [&str; 15] = [
     "INSTANCES",     // their rows, and those of their leaves
     "SHIFT",         // of the film, over the focal length
     "LINKS",         // the class of each thing
+    "CLOSED",        // the distances in rows of nodes, chords, triangles and points when the shutter closes
+    "CAMERA_TURN",   // the axis and the angle by which the camera turns while it is open
+    "CAMERA_MOVE",   // and how far it moves
 ];
 
 /// Rows of the header with those of the layers.
@@ -62,7 +65,8 @@ const SURFACE_ROWS: usize = 6;
 /// A scene in rows of four numbers.
 #[derive(Clone, Debug, Default)]
 pub struct PackedScene {
-    /// Nodes of all hierarchies, 14 rows each.
+    /// Nodes of all hierarchies, 14 rows each. If anything moves, all arrays of shapes are twice as long: the second half is
+    /// the scene when the shutter closes.
     pub nodes: Vec<[u32; 4]>,
     /// Chords of segments, 16 rows for each leaf.
     pub chords: Vec<[u32; 4]>,
@@ -108,7 +112,7 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, fibres that are not round or have air in the medulla, a radiance cache, and
+    /// [`Mode::MultiScale`], fibres that are not round or have air in the medulla, a radiance cache, and
     /// hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
@@ -118,9 +122,6 @@ impl World {
         if settings.mode == Mode::MultiScale {
             let [given, near, far] = [settings.mode, Mode::Near, Mode::Far].map(Mode::name);
             return Err(format!("the mode {given}, only {near} and {far}"));
-        }
-        if geometry.moves {
-            return Err("motion blur".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());
@@ -155,6 +156,7 @@ impl World {
         }
         packed.features = vec![
             ("HAS_LOBES", layout.has(Layer::Lobes)),
+            ("HAS_MOTION", geometry.moves),
             ("HAS_INSTANCES", !geometry.instances.is_empty()),
             ("HAS_LINKS", geometry.lights.is_linked()),
             ("HAS_GAINS", geometry.lights.any_gains()),
@@ -163,6 +165,7 @@ impl World {
         ];
         let textures = self.pack_textures(&mut packed);
         let axes = geometry.view.packed(settings);
+        let [turn, way] = geometry.view.packed_motion();
         let [right, up] = geometry.view.camera().shift;
         let [left, top, width, height] = settings.area().map(|n| n as u32);
         let [whole_width, whole_height] = settings.size.map(|n| n as u32);
@@ -191,12 +194,15 @@ impl World {
             own.instances,
             [right.to_bits(), up.to_bits(), 0, 0],
             [lights.classes, 0, 0, 0],
+            own.closed,
+            turn,
+            way,
         ];
         packed.data[..header.len()].copy_from_slice(&header);
         let starts: Vec<u32> =
             Layer::ALL.iter().map(|&layer| layout.start(layer).map_or(NONE, |start| start as u32)).collect();
         for (row, starts) in packed.data[header.len()..].iter_mut().zip(starts.chunks(4)) {
-            row.copy_from_slice(starts);
+            row[..starts.len()].copy_from_slice(starts);
         }
         Ok(packed)
     }
@@ -297,6 +303,12 @@ impl World {
 }
 
 impl crate::integrator::view::View {
+    /// The axis of the camera's turn in the world with the angle, and its movement, while the shutter is open.
+    fn packed_motion(&self) -> [[u32; 4]; 2] {
+        let (axis, angle, way) = self.turn();
+        [axis.extend(angle), way.extend(0.0)].map(|row| row.to_array().map(f32::to_bits))
+    }
+
     /// The axes and the origin of the camera, with film height, focus distance, lens radius and filter.
     fn packed(&self, settings: &Settings) -> [[u32; 4]; 4] {
         let (frame, camera) = self.still();

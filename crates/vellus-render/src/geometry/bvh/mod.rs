@@ -123,9 +123,10 @@ impl Bvh {
         all
     }
 
-    /// The boxes and the children of all nodes that do not move.
-    pub(crate) fn nodes(&self) -> impl Iterator<Item = (&Boxes, [u32; WIDTH])> {
-        self.nodes.iter().map(|node| (&node.bounds, node.children))
+    /// The boxes of all nodes when the shutter opens and when it closes, and their children.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = ([&Boxes; 2], [u32; WIDTH])> {
+        let all = self.nodes.iter().enumerate();
+        all.map(|(i, node)| ([&node.bounds, self.closed.get(i).unwrap_or(&node.bounds)], node.children))
     }
 
     /// The root: a node, or a leaf with [`LEAF`].
