@@ -112,7 +112,7 @@ def main():
     if given.entry:
         amd(given.folder, given.entry, given.family)
     if given.tracer:
-        print(f"{given.tracer}: {given.family}: {count(given.tracer, 'trace_rows', given.family)}")
+        print(f"{given.tracer}: {given.family}: {count(given.tracer, 'trace_samples', given.family)}")
         return
     for name, text, entry in kernels(given.folder):
         with tempfile.TemporaryDirectory() as folder:

@@ -4,8 +4,8 @@ use crate::device::{Device, DeviceError};
 use crate::trace::Tracer;
 use std::fmt;
 use std::str::FromStr;
-use vellus_render::packed::RowTracer;
-use vellus_render::{Error, Layout, Mode, Notes, Settings, World};
+use vellus_render::packed::{Lacking, SampleTracer};
+use vellus_render::{Error, Layout, Notes, Settings, World};
 
 /// What renders a picture.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
@@ -23,7 +23,7 @@ pub enum Choice {
 #[derive(Debug, Default)]
 pub struct Renderer {
     /// The GPU, for [`Job::tracer`](vellus_render::session::Job::tracer). `None` is the processor.
-    pub tracer: Option<Box<dyn RowTracer>>,
+    pub tracer: Option<Box<dyn SampleTracer>>,
     /// Which device was chosen and why, for users. `None` for [`Choice::Cpu`].
     pub message: Option<String>,
     /// The name of the GPU, for the attributes of a picture.
@@ -43,26 +43,12 @@ impl Choice {
         }
     }
 
-    /// The mode of a picture if the user gave this one, or none. A GPU renders [`Mode::Near`] and [`Mode::Far`]. The
-    /// first is the default of [`Choice::Gpu`]. It is also that of [`Choice::Auto`], on every machine: so the picture
-    /// does not depend on it.
-    pub fn mode(self, given: Option<Mode>) -> Mode {
-        given.unwrap_or(if self == Choice::Cpu { Mode::MultiScale } else { Mode::Near })
-    }
-
-    /// Checks what can be checked before a scene is read: is there a GPU, and can it render this mode?
+    /// Checks what can be checked before a scene is read: is there a GPU?
     ///
     /// # Errors
-    /// [`Error::Device`] for [`Choice::Gpu`] if there is no GPU, or if the mode is [`Mode::MultiScale`].
-    pub fn check(self, mode: Mode) -> Result<(), Error> {
-        if self != Choice::Gpu {
-            return Ok(());
-        }
-        if mode == Mode::MultiScale {
-            let [given, near, far] = [mode, Mode::Near, Mode::Far].map(Mode::name);
-            return Err(refused(&format!("the mode {given}, only {near} and {far}")));
-        }
-        Device::open().map(|_| ()).map_err(failed)
+    /// [`Error::Device`] for [`Choice::Gpu`] if there is none.
+    pub fn check(self) -> Result<(), Error> {
+        if self == Choice::Gpu { Device::open().map(|_| ()).map_err(failed) } else { Ok(()) }
     }
 
     /// Prepares the GPU for a scene. [`Choice::Auto`] takes the processor if there is no GPU other than a
@@ -98,7 +84,7 @@ impl Choice {
 }
 
 /// A feature that the path tracer on a GPU does not have.
-pub(crate) fn refused(what: &str) -> Error {
+pub(crate) fn refused(what: Lacking) -> Error {
     Error::Device(format!("the GPU cannot render {what}"))
 }
 
@@ -135,14 +121,5 @@ mod tests {
         }
         let error = "cuda".parse::<Choice>().map_err(|e| e.to_string());
         assert_eq!(error.err().as_deref(), Some("unknown device 'cuda': known are cpu, gpu, auto"));
-    }
-
-    #[test]
-    fn a_gpu_renders_the_near_field() {
-        assert_eq!(Choice::ALL.map(|choice| choice.mode(None)), [Mode::MultiScale, Mode::Near, Mode::Near]);
-        assert_eq!(Choice::Gpu.mode(Some(Mode::Far)), Mode::Far);
-        let error = Choice::Gpu.check(Mode::MultiScale).map_err(|e| e.to_string());
-        assert_eq!(error.err().as_deref(), Some("the GPU cannot render the mode multiscale, only near and far"));
-        assert!(Choice::Auto.check(Mode::Far).is_ok() && Choice::Cpu.check(Mode::MultiScale).is_ok());
     }
 }

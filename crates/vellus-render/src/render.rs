@@ -278,11 +278,14 @@ impl Row {
         let added = add(layout, sums, values, seen.strand);
         self.statistics.rejected += u64::from(!added);
         if let (true, Some(thing)) = (added && layout.has_counts(), seen.thing) {
+            if self.counts.get(self.first).is_some_and(|count| count.pixel != pixel as u32) {
+                self.end_pixel();
+            }
             count(&mut self.counts, self.first, pixel as u32, thing);
         }
     }
 
-    /// Ends a pixel.
+    /// Ends a pixel. The next one ends it, too.
     pub(crate) fn end_pixel(&mut self) {
         self.counts[self.first..].sort_unstable_by_key(|count| count.thing);
         self.first = self.counts.len();

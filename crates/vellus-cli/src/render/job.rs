@@ -154,9 +154,7 @@ fn explain(args: &Args, error: Error) -> anyhow::Error {
             anyhow::Error::from(*source).context(text + &next)
         }
         Error::Device(_) => on_cpu(error),
-        Error::DeviceLost { .. } => {
-            anyhow!("{text} (continue with --device cpu --mode {} --resume)", args.device.mode(args.mode).name())
-        }
+        Error::DeviceLost { .. } => anyhow!("{text} (continue with --device cpu --resume)"),
         other => other.into(),
     }
 }
@@ -173,7 +171,7 @@ impl Args {
         Settings {
             size: self.size.unwrap_or(SIZE),
             crop: self.crop,
-            mode: self.device.mode(self.mode),
+            mode: self.mode,
             filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
@@ -291,8 +289,8 @@ mod tests {
         }
         assert_eq!(of("a/x.usda"), of("./a/../b/x.usda"));
         // A GPU computes other samples of the same picture: both may be merged.
-        for options in ["--device gpu", "--device auto", "--device gpu --mode near"] {
-            assert_eq!(of(options), of("--mode near"), "{options}");
+        for options in ["--device gpu", "--device auto"] {
+            assert_eq!(of(options), of(""), "{options}");
         }
     }
 

@@ -76,15 +76,14 @@ pub struct Args {
     /// `fur_##.exr` becomes `fur_01.exr`. --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// What renders: the processor, a GPU, or a GPU if there is one that can render the scene (auto). A GPU renders
-    /// --mode near (or far, for fur that does not vary), without motion blur and without a radiance cache.
+    /// What renders: the processor, a GPU, or a GPU if there is one that can render the scene (auto). The picture is
+    /// the same within its noise.
     #[arg(long, value_parser = one_of::<Choice>(Choice::ALL.map(Choice::name)), default_value = "cpu")]
     device: Choice,
     /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point
-    /// that is hit (near), or the whole width (far). Only the model `vellus` uses this option [default: multiscale;
-    /// near with --device gpu or auto].
-    #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)))]
-    mode: Option<Mode>,
+    /// that is hit (near), or the whole width (far). Only the model `vellus` uses this option.
+    #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
+    mode: Mode,
     /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.
     #[arg(long, value_parser = one_of::<Filter>(Filter::ALL.map(Filter::name)), default_value = "tent")]
     filter: Filter,
@@ -177,7 +176,7 @@ pub fn identity(args: &Args) -> Result<Digest> {
 /// Checks the options, and renders.
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
-    args.device.check(args.settings().mode).map_err(job::on_cpu)?;
+    args.device.check().map_err(job::on_cpu)?;
     // Before files are written: a signal would leave temporary ones.
     let interrupt = Interrupt::watch()?;
     output::writable(&args.output)?;

@@ -322,13 +322,9 @@ fn an_absent_gpu_is_reported_before_any_file_is_written() {
     let output = without_gpu(folder.path(), &args).run().unwrap();
     refused_by(&output, &args, &["error: no GPU was found", "; use --device cpu"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-    // A GPU does not render the multi-scale mode. This is known without a GPU.
-    let args = on_hamster(&["--device", "gpu", "--mode", "multiscale"]);
-    let output = without_gpu(folder.path(), &args).run().unwrap();
-    refused_by(&output, &args, &["the GPU cannot render the mode multiscale, only near and far; use --device cpu"]);
 }
 
-/// Without a GPU, `auto` gives the near field of the processor, and says why.
+/// Without a GPU, `auto` gives the picture of the processor, and says why.
 #[test]
 fn auto_takes_the_processor_where_there_is_no_gpu() {
     let folder = tempfile::tempdir().unwrap();
@@ -336,9 +332,9 @@ fn auto_takes_the_processor_where_there_is_no_gpu() {
     let output = without_gpu(folder.path(), &args).run().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && message.contains("the processor renders: no GPU was found"), "{message}");
-    run(folder.path(), &on_hamster(&["--mode", "near", "--spp", "2", "-o", "near.exr"]));
+    run(folder.path(), &on_hamster(&["--spp", "2", "-o", "cpu.exr"]));
     let at = |name: &str| Picture::read(&folder.path().join(name));
-    assert!(at("auto.exr").same(&at("near.exr")));
+    assert!(at("auto.exr").same(&at("cpu.exr")));
 }
 
 /// The same GPU gives the same bits, however the samples are divided. Films of both devices may be merged.
@@ -362,9 +358,9 @@ fn a_gpu_resumes_and_merges() {
     assert!(at("whole.exr").same(&at("merged.exr")));
     // A goal that the first pass reaches leaves a checkpoint. The processor continues from it.
     run(path, &on_hamster(&["--device", "gpu", "--spp", "40", "--noise", "1e9", "--checkpoint", "60s", "-o", "c.exr"]));
-    let resumed = run(path, &on_hamster(&["--mode", "near", "--spp", "40", "--resume", "-o", "c.exr"]));
+    let resumed = run(path, &on_hamster(&["--spp", "40", "--resume", "-o", "c.exr"]));
     assert!(resumed.contains("continuing from"), "{resumed}");
-    run(path, &on_hamster(&["--mode", "near", "--samples", "2..6", "-o", "d.exr"]));
+    run(path, &on_hamster(&["--samples", "2..6", "-o", "d.exr"]));
     run(path, &["merge", "d.film", "a.film", "-o", "both.exr"]);
     assert_eq!(at("both.exr").note("vellus_samples"), "6");
 }

@@ -1,4 +1,4 @@
-// The path of one sample, as in vellus_render's integrator, with the near field at every hit.
+// The path of one sample, as in vellus_render's integrator, with one offset at every hit.
 
 // Light that reaches the camera unless its shadow ray is blocked.
 struct Waiting {
@@ -264,6 +264,35 @@ fn strand_movement(hit: Hit) -> vec3<f32> {
     return transform_vector(instance_row(hit.instance) + 3u, closed - open);
 }
 
+// The offset at which a fibre scatters: that of the hit, or one by chance within the window of the mode, as in
+// `window.rs` of vellus-render.
+fn shown_offset(
+    path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, t: f32, radius: f32, h: f32
+) -> f32 {
+    if MODE == NEAR {
+        return h;
+    }
+    let u = next4(sampler);
+    if MODE == FAR {
+        return 2.0 * u.x - 1.0;
+    }
+    if (*path).depth > 0u {
+        // The angle over which a direction with this density spreads.
+        let spread = sqrt(3.0 / (VELLUS_PI * (*path).pdf));
+        let wide = spread * t >= 2.0 * radius && largest((*path).throughput) >= FAINT;
+        return select(h, 2.0 * u.x - 1.0, wide);
+    }
+    let frame = frame_at(path_time);
+    let pixel = t * -dot(ray.direction, frame.z) * data_floats(CAMERA_X).w / f32(data_row(SIZE).y);
+    let width = CELL * min(pixel / max(radius, 1e-30), 4.0);
+    if width >= 2.0 {
+        return 2.0 * u.x - 1.0;
+    }
+    let low = width * (floor((h + 1.0) / width - u.y) + u.y) - 1.0;
+    let ends = clamp(vec2<f32>(low, low + width), vec2<f32>(-1.0), vec2<f32>(1.0));
+    return mix(ends.x, ends.y, u.x);
+}
+
 // Adds the light that reaches a fibre, and samples the next ray. Returns false if the path ends.
 fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, depth: u32) -> bool {
     let place = place_of(hit);
@@ -272,7 +301,8 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
     let n = normalize_or(out - place.tangent * dot(out, place.tangent), place.across.x);
     let back = -ray.direction;
     let toward = normalize_or(back - place.tangent * dot(back, place.tangent), n);
-    let h = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
+    let seen = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
+    let h = shown_offset(path, sampler, ray, hit.t, place.radius, seen);
     let rows = data_row(SETS).y + 2u * place.strands;
     var fiber: VellusHit;
     fiber_hit(&fiber, record_of(place, hit, sampler), to_fiber(place, back), h);
@@ -517,18 +547,18 @@ fn background(pixel: vec2<u32>, u: vec4<f32>) -> vec3<f32> {
     return color * texture_at(row, (vec2<f32>(place.x, 1.0 - place.y) - 0.5) * shown + 0.5);
 }
 
-// Begins the sample `k` of the job: the samples of a pixel follow one another.
+// Begins a sample.
 fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32) {
     let output = data_row(OUTPUT);
     let base = k * output.z;
     for (var word = 0u; word < output.z; word++) {
         write_word(base + word, 0u);
     }
-    let job = run;
+    // The number of the pixel in the area, and the index of the sample.
+    let sample = work[k];
     let width = data_row(AREA).x;
-    let place = k / job.w;
-    let pixel = data_row(SIZE).zw + vec2<u32>(place % width, job.x + place / width);
-    *sampler = new_sampler(pixel, job.z + k % job.w, data_row(AREA).z);
+    let pixel = data_row(SIZE).zw + vec2<u32>(sample.x % width, sample.x / width);
+    *sampler = new_sampler(pixel, sample.y, data_row(AREA).z);
     let u = next4(sampler);
     if HAS_MOTION {
         path_time = next4(sampler).x;
@@ -711,10 +741,10 @@ fn end_path(path: ptr<function, Path>) {
     write_word(extra + 5u, bitcast<u32>((*path).removed));
 }
 
-// One thread for each sample of some rows of pixels. The job: first row, rows, first sample, samples of each pixel.
+// One thread for each sample.
 @compute @workgroup_size(64)
-fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= data_row(AREA).x * run.y * run.w {
+fn trace_samples(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= arrayLength(&work) {
         return;
     }
     var path: Path;

@@ -8,11 +8,10 @@ use crate::device::Device;
 use crate::library::{shader_far_table, shader_fiber, shader_tables};
 use bytemuck::NoUninit;
 use source::Array;
-use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus::Bcsdf;
 use vellus::packed::FIBER_ROWS;
-use vellus_render::packed::{PackedScene, RowTracer};
+use vellus_render::packed::{PackedScene, SampleTracer};
 use vellus_render::{Error, Layout, Mode, Settings, World};
 
 /// Threads in a workgroup of the shader.
@@ -24,7 +23,7 @@ const MOST_BYTES: u64 = 1 << 28;
 /// The duration of one run that the tracer aims at. Desktop systems reset a GPU that does not answer for seconds.
 const RUN: Duration = Duration::from_millis(150);
 
-/// The most different fibres in the far field: each has a table of up to 18 MB.
+/// The most different fibres with tables of the far field, which have up to 18 MB each.
 const MOST_TABLES: usize = 64;
 
 /// Tables begin at multiples of this number of rows.
@@ -32,14 +31,15 @@ const TABLE_STEP: usize = 16;
 
 /// A scene on a GPU, ready to be traced with some settings and layers.
 ///
-/// Every hit uses the near field, or the far field in [`Mode::Far`]. The random numbers are of the same kind as those
-/// of the processor, but not the same numbers. So pictures of both devices agree within their noise, and have different
-/// bits. Pictures of the same device and driver have the same bits.
+/// In [`Mode::MultiScale`] a hit uses one offset of its window by chance: the mean of the window is the same, and the
+/// noise is that of the near field. [`Mode::Far`] takes tables, or random offsets if there are more than 64 different
+/// fibres. The random numbers are of the same kind as those of the processor, but not the same numbers. So pictures of
+/// both devices agree within their noise, and have different bits. Pictures of the same device and driver have the same
+/// bits.
 pub struct Tracer {
     device: Device,
     pipeline: wgpu::ComputePipeline,
     buffers: Vec<wgpu::Buffer>,
-    width: u64,
     words: u64,
     /// Samples that the last runs traced in [`RUN`].
     pace: u64,
@@ -57,19 +57,19 @@ impl Tracer {
     /// # Errors
     /// [`Error::Device`] if [`World::packed`] refuses the scene, if it does not fit, or if the GPU refuses the shader.
     pub fn new(device: &Device, world: &World, settings: &Settings, layout: &Layout) -> Result<Self, Error> {
-        let scene = world.packed(settings, layout).map_err(|what| refused(&what))?;
+        let scene = world.packed(settings, layout).map_err(refused)?;
         let models = scene.fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>();
         let models = models.map_err(|e| device_error(&e.to_string()))?;
         let fibers: Vec<[f32; 4]> = models.iter().flat_map(shader_fiber).collect();
-        let far = if settings.mode == Mode::Far { Some(far_tables(&models)?) } else { None };
+        let far = (settings.mode == Mode::Far && models.len() <= MOST_TABLES).then(|| far_tables(&models));
         let limit = device.limit();
         let arrays = arrays(&scene, limit);
         let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
         // The results, the job and the tables have one each.
         let parts = arrays.iter().chain(&far_array).map(Array::parts).sum::<usize>();
         device.check_buffers(3 + parts).map_err(failed)?;
-        let source = source::shader(&arrays, far_array.as_ref(), &scene.features, scene.stack);
-        let pipeline = device.compile(&source, "trace_rows").map_err(failed)?;
+        let source = source::shader(&arrays, settings.mode, far_array.as_ref(), &scene.features, scene.stack);
+        let pipeline = device.compile(&source, "trace_samples").map_err(failed)?;
         let mut buffers = vec![device.upload(&shader_tables()).map_err(failed)?];
         let [nodes, chords, triangles, points, data, records] = &arrays;
         upload(device, nodes, &scene.nodes, &mut buffers)?;
@@ -81,10 +81,9 @@ impl Tracer {
         if let (Some(array), Some(far)) = (&far_array, &far) {
             upload(device, array, far, &mut buffers)?;
         }
-        let [_, _, width, _] = settings.area();
         let words = scene.sample_words as u64;
         device.alive().map_err(failed)?;
-        Ok(Tracer { device: device.clone(), pipeline, buffers, width: width as u64, words, pace: 4096 })
+        Ok(Tracer { device: device.clone(), pipeline, buffers, words, pace: 4096 })
     }
 }
 
@@ -105,19 +104,16 @@ fn arrays(scene: &PackedScene, limit: u64) -> [Array; 6] {
 /// # Errors
 /// [`Error::Device`] if [`World::packed`] refuses the scene.
 pub fn tracer_shader(world: &World, settings: &Settings, layout: &Layout) -> Result<String, Error> {
-    let scene = world.packed(settings, layout).map_err(|what| refused(&what))?;
+    let scene = world.packed(settings, layout).map_err(refused)?;
     // The limit of most GPUs. The number of rows of the far field changes nothing else.
     let limit = 1 << 30;
-    let far = (settings.mode == Mode::Far).then(|| Array::new("vellus_far_row", "f32", 1, limit));
-    Ok(source::shader(&arrays(&scene, limit), far.as_ref(), &scene.features, scene.stack))
+    let tables = settings.mode == Mode::Far && scene.fibers.len() <= MOST_TABLES;
+    let far = tables.then(|| Array::new("vellus_far_row", "f32", 1, limit));
+    Ok(source::shader(&arrays(&scene, limit), settings.mode, far.as_ref(), &scene.features, scene.stack))
 }
 
 /// The tables of all fibres, after rows with the first row of each.
-fn far_tables(models: &[Bcsdf<'_>]) -> Result<Vec<[f32; 4]>, Error> {
-    if models.len() > MOST_TABLES {
-        let count = models.len();
-        return Err(refused(&format!("{count} different fibres in the mode far, at most {MOST_TABLES}")));
-    }
+fn far_tables(models: &[Bcsdf<'_>]) -> Vec<[f32; 4]> {
     let mut rows = vec![[0.0; 4]; models.len().div_ceil(4)];
     for (k, model) in models.iter().enumerate() {
         // Single precision has all whole numbers up to 2²⁴. 64 tables have at most 73 million rows, so their number in
@@ -126,7 +122,7 @@ fn far_tables(models: &[Bcsdf<'_>]) -> Result<Vec<[f32; 4]>, Error> {
         rows[k / 4][k % 4] = (rows.len() / TABLE_STEP) as f32;
         rows.extend(shader_far_table(model));
     }
-    Ok(rows)
+    rows
 }
 
 fn device_error(what: &str) -> Error {
@@ -152,46 +148,32 @@ where
     Ok(())
 }
 
-impl RowTracer for Tracer {
-    fn rows_at_once(&self, samples: u64) -> usize {
-        let room = MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / (4 * self.words));
-        // A long pass is divided by `trace` if a single row is too large.
-        (self.pace.min(room) / (self.width * samples).max(1)).max(1) as usize
+impl SampleTracer for Tracer {
+    fn samples_at_once(&self) -> usize {
+        self.pace.min(self.room()) as usize
     }
 
-    fn trace(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
-        let per_pixel = samples.end - samples.start;
-        let count = rows.len() as u64 * self.width * per_pixel;
-        if count > MOST_SAMPLES || 4 * count * self.words > self.device.limit() {
-            return self.in_parts(rows, samples);
+    fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error> {
+        let mut words = Vec::with_capacity(samples.len() * self.words as usize);
+        for samples in samples.chunks(self.room() as usize) {
+            let begin = Instant::now();
+            let count = samples.len() as u64;
+            let output = self.device.results(4 * count * self.words).map_err(failed)?;
+            let work = self.device.upload(samples).map_err(failed)?;
+            let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &work];
+            buffers.extend(&self.buffers);
+            self.device.run(&self.pipeline, &buffers, count.div_ceil(GROUP) as u32);
+            words.extend(self.device.download::<u32>(&output).map_err(failed)?);
+            let ratio = RUN.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-4);
+            self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
         }
-        let begin = Instant::now();
-        let number = |n: u64| u32::try_from(n).map_err(|_| device_error("the GPU cannot count so many samples"));
-        let job = [rows.start as u32, rows.len() as u32, number(samples.start)?, number(per_pixel)?];
-        let output = self.device.results(4 * count * self.words).map_err(failed)?;
-        let job = self.device.upload(&job).map_err(failed)?;
-        let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &job];
-        buffers.extend(&self.buffers);
-        self.device.run(&self.pipeline, &buffers, count.div_ceil(GROUP) as u32);
-        let words = self.device.download(&output).map_err(failed)?;
-        let ratio = RUN.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-4);
-        self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
         Ok(words)
     }
 }
 
 impl Tracer {
-    /// Halves the samples of a row that are too many for one run.
-    fn in_parts(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
-        let middle = samples.start + (samples.end - samples.start) / 2;
-        if middle == samples.start {
-            return Err(device_error("the GPU has no room for a row of pixels"));
-        }
-        let parts = [samples.start..middle, middle..samples.end];
-        let counts = parts.clone().map(|part| (part.end - part.start) as usize * self.words as usize);
-        let [first, second] = parts.map(|part| self.trace(rows.clone(), part));
-        let (first, second) = (first?, second?);
-        let pixels = first.chunks_exact(counts[0]).zip(second.chunks_exact(counts[1]));
-        Ok(pixels.flat_map(|(a, b)| a.iter().chain(b)).copied().collect())
+    /// The most samples of one run.
+    fn room(&self) -> u64 {
+        MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / (4 * self.words)).max(1)
     }
 }

@@ -3,6 +3,7 @@
 use crate::library::{FAR_FIELD, shader_library};
 use std::fmt::Write;
 use std::ops::Range;
+use vellus_render::Mode;
 
 /// The files of the path tracer, in the order in which they are joined.
 const FILES: [&str; 7] = [
@@ -70,17 +71,24 @@ impl Array {
     }
 }
 
-/// The whole shader for a scene with these arrays. The bindings are the results, the job, the tables, and the arrays in
-/// their order. `far` is the array with the tables of the far field, if every hit uses it instead of the near field.
+/// The whole shader for a scene with these arrays. The bindings are the results, the samples to trace, the tables, and
+/// the arrays in their order. `far` is the array with the tables of the far field, if every hit uses it instead of the
+/// near field.
 ///
 /// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks.
 /// `stack` is the number of nodes that can wait.
-pub(super) fn shader(arrays: &[Array], far: Option<&Array>, features: &[(&str, bool)], stack: usize) -> String {
+pub(super) fn shader(
+    arrays: &[Array],
+    mode: Mode,
+    far: Option<&Array>,
+    features: &[(&str, bool)],
+    stack: usize,
+) -> String {
     let mut text = shader_library();
     text.push_str(
         "
 @group(0) @binding(0) var<storage, read_write> samples: array<u32>;
-@group(0) @binding(1) var<storage, read> run: vec4<u32>;
+@group(0) @binding(1) var<storage, read> work: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> tables: array<vec4<f32>>;
 fn vellus_table(row: u32) -> vec4<f32> { return tables[row]; }
 fn read_word(index: u32) -> u32 { return samples[index]; }
@@ -96,6 +104,9 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     for (name, value) in vellus_render::packed::constants() {
         let _ = writeln!(text, "const {name} = {value};");
     }
+    // With tables of the far field, offsets do not matter.
+    let mode = if far.is_some() { Mode::Near } else { mode };
+    let _ = writeln!(text, "const MODE = {}u;", mode as u32);
     for (name, value) in features {
         let _ = writeln!(text, "const {name} = {value};");
     }
@@ -166,15 +177,17 @@ mod tests {
 
     /// No GPU is needed for this.
     #[test]
-    fn both_fields_are_valid_shaders() {
+    fn all_modes_are_valid_shaders() {
         let rows = |name, kind| Array::new(name, kind, 1, 1 << 20);
         let mut arrays: Vec<Array> =
             ["node_row", "chord_row", "triangle_row", "data_row"].map(|name| rows(name, "u32")).into();
         arrays.extend(["point_row", "vellus_row"].map(|name| rows(name, "f32")));
         let names =
             ["HAS_LOBES", "HAS_MOTION", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
-        for (far, all) in [(None, false), (None, true), (Some(&rows("vellus_far_row", "f32")), true)] {
-            let text = shader(&arrays, far, &names.map(|name| (name, all)), 9);
+        let far = &rows("vellus_far_row", "f32");
+        let all = [(Mode::Near, None, false), (Mode::MultiScale, None, true), (Mode::Far, None, true)];
+        for (mode, far, all) in all.into_iter().chain([(Mode::Far, Some(far), true)]) {
+            let text = shader(&arrays, mode, far, &names.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
             validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));

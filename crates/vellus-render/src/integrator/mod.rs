@@ -9,4 +9,4 @@ pub mod path;
 pub mod sampler;
 pub mod settings;
 pub mod view;
-mod window;
+pub(crate) mod window;

@@ -5,7 +5,10 @@ use vellus::Window;
 
 /// A path with a lower throughput uses the near field. The far field would take three times as long and hardly reduce
 /// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
-const FAINT: f32 = 0.1;
+pub(crate) const FAINT: f32 = 0.1;
+
+/// The width of a cell, in pixels.
+pub(crate) const CELL: f32 = 0.5;
 
 /// The window of a hit at the offset `h`.
 ///
@@ -24,7 +27,7 @@ pub(super) fn window_for(
         (Mode::Far, _) => Window::far(),
         // D16. Samples are already spread over the pixel. A cell of half a pixel keeps the picture as sharp as its
         // filter.
-        (Mode::MultiScale, None) => Window::cell(h, 0.5 * pixel(), chance()),
+        (Mode::MultiScale, None) => Window::cell(h, CELL * pixel(), chance()),
         // D15.
         (Mode::MultiScale, Some((true, throughput))) if throughput >= FAINT => Window::far(),
         (Mode::MultiScale, Some(_)) => Window::near(h),

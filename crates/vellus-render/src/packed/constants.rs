@@ -5,6 +5,8 @@ use super::{HEADER_ROWS, NONE, SURFACE_ROWS};
 use crate::film::Layer;
 use crate::integrator::at_fiber::{BESIDE, FIRST_LIGHTS, SHADOW_RAY_THRESHOLD};
 use crate::integrator::path::{BEFORE, ROULETTE, SURVIVAL};
+use crate::integrator::settings::Mode;
+use crate::integrator::window::{CELL, FAINT};
 
 /// Names and values. They are whole numbers with the suffix `u`, or numbers with a point, as WGSL and most languages
 /// read them.
@@ -19,6 +21,7 @@ pub fn constants() -> Vec<(String, String)> {
     header
         .chain(layers)
         .chain(kinds)
+        .chain(Mode::ALL.map(|mode| whole(&upper(&format!("{mode:?}")), mode as u32)))
         .chain([
             whole("NONE", NONE),
             whole("LAYERS", HEADER_ROWS.len() as u32),
@@ -29,6 +32,8 @@ pub fn constants() -> Vec<(String, String)> {
             real("THRESHOLD_FIRST", first),
             real("THRESHOLD_LATER", later),
             whole("FIRST_LIGHTS", FIRST_LIGHTS),
+            real("FAINT", FAINT),
+            real("CELL", CELL),
             real("BESIDE", BESIDE),
             real("BEFORE", BEFORE),
         ])

@@ -1,6 +1,6 @@
 //! Strands, meshes and instances.
 
-use super::{NONE, PackedScene, STACK};
+use super::{Lacking, NONE, PackedScene, STACK};
 use crate::geometry::bvh::{Bvh, LEAF};
 use crate::geometry::curves::Curves;
 use crate::geometry::triangles::Triangles;
@@ -61,12 +61,12 @@ impl Closed {
     }
 }
 
-pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, String> {
+pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, Lacking> {
     let (mut before, mut closed) = (Before::default(), Closed::default());
     let (mut sets, mut meshes) = (Vec::new(), Vec::new());
     let mut fibers = Fibers::default();
     let (mut set, mut waiting) = (0, 0);
-    let mut object = |packed: &mut PackedScene, curves: &Curves, triangles: &Triangles| -> Result<Roots, String> {
+    let mut object = |packed: &mut PackedScene, curves: &Curves, triangles: &Triangles| -> Roots {
         waiting = waiting.max(most_waiting(curves.bvh())).max(most_waiting(triangles.bvh()));
         let roots = Roots {
             curves: pack_curves(packed, &mut closed, curves, before.points),
@@ -112,12 +112,12 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             meshes.push([before.triangles, mesh.surface as u32, normals, uv]);
             before.triangles += mesh.triangles.len() as u32;
         }
-        Ok(roots)
+        roots
     };
-    let own = object(packed, &geometry.curves, &geometry.triangles)?;
+    let own = object(packed, &geometry.curves, &geometry.triangles);
     let mut objects = Vec::new();
     for (curves, triangles) in geometry.instances.objects() {
-        objects.push(object(packed, curves, triangles)?);
+        objects.push(object(packed, curves, triangles));
     }
     packed.fibers = fibers.all;
     let (set_count, mesh_count) = (sets.len() as u32 / 2, meshes.len() as u32);
@@ -142,7 +142,7 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
     // The hierarchy of an instance is traversed while that of the instances waits.
     packed.stack = waiting + most_waiting(bvh);
     if packed.stack > STACK {
-        return Err(format!("a hierarchy in which more than {STACK} nodes wait"));
+        return Err(Lacking::DeepHierarchies);
     }
     let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());
     let root = pack_bvh(packed, &mut closed, bvh, 0);

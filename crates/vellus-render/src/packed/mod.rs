@@ -12,7 +12,7 @@ pub use constants::constants;
 use crate::error::Error;
 use crate::film::{Film, Layer, Layout, nearest};
 use crate::integrator::path::Seen;
-use crate::integrator::settings::{Mode, Settings};
+use crate::integrator::settings::Settings;
 use crate::integrator::view::Filter;
 use crate::render::{Row, Statistics};
 use crate::world::World;
@@ -65,8 +65,8 @@ const SURFACE_ROWS: usize = 6;
 /// A scene in rows of four numbers.
 #[derive(Clone, Debug, Default)]
 pub struct PackedScene {
-    /// Nodes of all hierarchies, 14 rows each. If anything moves, all arrays of shapes are twice as long: the second half is
-    /// the scene when the shutter closes.
+    /// Nodes of all hierarchies, 14 rows each. If anything moves, all arrays of shapes are twice as long: the second
+    /// half is the scene when the shutter closes.
     pub nodes: Vec<[u32; 4]>,
     /// Chords of segments, 16 rows for each leaf.
     pub chords: Vec<[u32; 4]>,
@@ -103,6 +103,45 @@ impl PackedScene {
     }
 }
 
+/// What the processor can render, and a tracer of packed scenes cannot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lacking {
+    /// Models other than [`vellus::Bcsdf`].
+    Models,
+    /// A radiance cache.
+    RadianceCache,
+    /// Fibres that are not round.
+    FlatFibers,
+    /// Air in the medulla.
+    Air,
+    /// Hierarchies in which more than [`STACK`] nodes wait.
+    DeepHierarchies,
+}
+
+impl Lacking {
+    /// All of it.
+    pub const ALL: [Lacking; 5] =
+        [Lacking::Models, Lacking::RadianceCache, Lacking::FlatFibers, Lacking::Air, Lacking::DeepHierarchies];
+
+    /// What it is called in messages, and the option or the parameter that asks for it.
+    pub fn names(self) -> [&'static str; 2] {
+        match self {
+            Lacking::Models => ["a reflectance model other than vellus", "--model"],
+            Lacking::RadianceCache => ["a radiance cache", "--radiance-cache"],
+            Lacking::FlatFibers => ["fibres that are not round", "aspect_ratio"],
+            Lacking::Air => ["fibres with air in the medulla", "medulla_air"],
+            Lacking::DeepHierarchies => ["a hierarchy in which more than 192 nodes wait", "no scene that we know"],
+        }
+    }
+}
+
+impl std::fmt::Display for Lacking {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [name, option] = self.names();
+        write!(f, "{name} ({option})")
+    }
+}
+
 fn rgb(c: [f32; 3], w: f32) -> [f32; 4] {
     [c[0], c[1], c[2], w]
 }
@@ -111,29 +150,23 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], fibres that are not round or have air in the medulla, a radiance cache, and
-    /// hierarchies that need a larger stack than [`STACK`].
-    pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
+    /// What the packed form does not have, of [`Lacking`].
+    pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, Lacking> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
-            return Err("a reflectance model other than vellus".to_owned());
-        }
-        if settings.mode == Mode::MultiScale {
-            let [given, near, far] = [settings.mode, Mode::Near, Mode::Far].map(Mode::name);
-            return Err(format!("the mode {given}, only {near} and {far}"));
+            return Err(Lacking::Models);
         }
         if settings.radiance_cache.is_some() {
-            return Err("a radiance cache".to_owned());
+            return Err(Lacking::RadianceCache);
         }
         let mut packed = PackedScene { data: vec![[0; 4]; HEADER], ..PackedScene::default() };
         packed.sample_words = layout.channels() + EXTRA_WORDS;
         let own = geometry::pack(&mut packed, geometry)?;
         if packed.fibers.iter().any(|fiber| fiber.aspect_ratio < 1.0) {
-            return Err("fibres that are not round (aspect_ratio)".to_owned());
+            return Err(Lacking::FlatFibers);
         }
         if packed.fibers.iter().any(|fiber| fiber.medulla_air > 0.0) {
-            return Err("fibres with air in the medulla (medulla_air)".to_owned());
+            return Err(Lacking::Air);
         }
         let lights = geometry.lights.packed(&mut packed, &geometry.groups);
         let surfaces = packed.data.len() as u32;
@@ -228,19 +261,19 @@ impl World {
     }
 }
 
-/// Computes samples of rows of pixels, on a GPU.
+/// Computes samples, on a GPU.
 ///
 /// A [`Job`](crate::session::Job) or a [`Session`](crate::session::Session) renders with it.
-pub trait RowTracer: std::fmt::Debug + Send + Sync {
-    /// The number of rows to trace at once, with this number of samples in each pixel.
-    fn rows_at_once(&self, samples: u64) -> usize;
+pub trait SampleTracer: std::fmt::Debug + Send + Sync {
+    /// The number of samples to trace at once.
+    fn samples_at_once(&self) -> usize;
 
-    /// The words of all samples of some rows, pixel by pixel: the values of all channels, and [`EXTRA_WORDS`]. Rows
-    /// count from the top of the film's area. `samples` are the samples of each pixel.
+    /// The words of these samples: the values of all channels, and [`EXTRA_WORDS`]. A sample is the number of its pixel
+    /// in the film's area, row by row from the top, and its index in the pixel. Samples are sorted.
     ///
     /// # Errors
     /// [`Error::Device`].
-    fn trace(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error>;
+    fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error>;
 }
 
 impl World {
@@ -254,51 +287,61 @@ impl World {
         film: &mut Film,
         samples: Range<u64>,
         progress: &dyn Progress,
-        tracer: &mut dyn RowTracer,
+        tracer: &mut dyn SampleTracer,
     ) -> Result<Statistics, Error> {
         let [_, _, width, height] = settings.area();
         self.check_film(settings, film)?;
         let layout = film.layout();
         let words = layout.channels() + EXTRA_WORDS;
-        let row_words = width * (samples.end - samples.start) as usize * words;
-        let mut rows: Vec<Row> = Vec::with_capacity(height);
-        while rows.len() < height {
+        let indices = |pixel: usize| film.range(pixel % width, pixel / width, &samples);
+        let mut waiting = (0..width * height).flat_map(|pixel| indices(pixel).map(move |index| (pixel as u32, index)));
+        let mut rows: Vec<Row> = (0..height).map(|_| Row::new(width * layout.words())).collect();
+        loop {
             if progress.is_cancelled() {
                 return Err(Error::Cancelled);
             }
-            let at_once = tracer.rows_at_once(samples.end - samples.start).max(1);
-            let part = rows.len()..(rows.len() + at_once).min(height);
-            let traced = tracer.trace(part.clone(), samples.clone())?;
-            let add_row = |(y, row): (usize, &[u32])| self.packed_row(settings, layout, y * width, row, width);
-            let pixels = traced.par_chunks_exact(row_words).enumerate();
-            rows.par_extend(pixels.map(|(k, row)| (part.start + k, row)).map(add_row));
+            let number = |index| u32::try_from(index).map_err(|_| Error::Device(format!("no sample {index} on a GPU")));
+            let next = waiting.by_ref().take(tracer.samples_at_once().max(1));
+            let work = next.map(|(pixel, index)| Ok([pixel, number(index)?])).collect::<Result<Vec<_>, Error>>()?;
+            let (Some(first), Some(last)) = (work.first(), work.last()) else { break };
+            let (first, last) = (first[0] as usize / width, last[0] as usize / width);
+            let traced = tracer.trace(&work)?;
+            rows[first..=last].par_iter_mut().enumerate().for_each(|(k, row)| {
+                let begin = (first + k) * width;
+                let [start, end] = [begin, begin + width].map(|end| work.partition_point(|w| (w[0] as usize) < end));
+                let traced = traced[start * words..end * words].chunks_exact(words);
+                self.add_packed(settings, layout, begin, row, work[start..end].iter().zip(traced));
+            });
         }
+        rows.iter_mut().for_each(Row::end_pixel);
         Ok(film.add_traced(rows, samples))
     }
 
-    /// Adds up the samples of a row, whose first pixel is `begin`.
-    fn packed_row(&self, settings: &Settings, layout: &Layout, begin: usize, samples: &[u32], width: usize) -> Row {
-        let words = layout.channels() + EXTRA_WORDS;
-        let mut row = Row::new(width * layout.words());
+    /// Adds samples to a row, whose first pixel is `begin`.
+    fn add_packed<'a>(
+        &self,
+        settings: &Settings,
+        layout: &Layout,
+        begin: usize,
+        row: &mut Row,
+        samples: impl Iterator<Item = (&'a [u32; 2], &'a [u32])>,
+    ) {
         let mut values = vec![0.0; layout.channels()];
-        for (x, pixel) in samples.chunks_exact(samples.len() / width).enumerate() {
-            for sample in pixel.chunks_exact(words) {
-                values.iter_mut().zip(sample).for_each(|(value, bits)| *value = f32::from_bits(*bits));
-                let [distance, number, thing, rays, cut, removed] = std::array::from_fn(|k| sample[values.len() + k]);
-                let strand = if number == 0 { 0 } else { nearest(f32::from_bits(distance), number) };
-                let seen = Seen {
-                    strand,
-                    thing: (thing != NONE).then_some(thing),
-                    rays: rays.into(),
-                    cut: f32::from_bits(cut),
-                    removed: f32::from_bits(removed),
-                    record: None,
-                };
-                row.add(settings, layout, [x, begin + x], &values, &seen);
-            }
-            row.end_pixel();
+        for (&[pixel, _], sample) in samples {
+            values.iter_mut().zip(sample).for_each(|(value, bits)| *value = f32::from_bits(*bits));
+            let [distance, number, thing, rays, cut, removed] = std::array::from_fn(|k| sample[values.len() + k]);
+            let strand = if number == 0 { 0 } else { nearest(f32::from_bits(distance), number) };
+            let seen = Seen {
+                strand,
+                thing: (thing != NONE).then_some(thing),
+                rays: rays.into(),
+                cut: f32::from_bits(cut),
+                removed: f32::from_bits(removed),
+                record: None,
+            };
+            let pixel = pixel as usize;
+            row.add(settings, layout, [pixel - begin, pixel], &values, &seen);
         }
-        row
     }
 }
 

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::film::attributes::camera_notes;
 use crate::film::checkpoint::Checkpoint;
 use crate::film::denoised::Denoise;
-use crate::packed::RowTracer;
+use crate::packed::SampleTracer;
 use crate::world::World;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -63,7 +63,7 @@ pub struct Job {
     /// job writes no film.
     pub film: bool,
     /// Computes the samples instead of the processor: see [`Session::set_tracer`].
-    pub tracer: Option<Box<dyn RowTracer>>,
+    pub tracer: Option<Box<dyn SampleTracer>>,
     /// The picture is also written without noise.
     pub denoiser: Option<Box<dyn Denoise>>,
     /// Continue from samples that an earlier job kept.

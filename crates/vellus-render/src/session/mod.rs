@@ -39,7 +39,7 @@ use crate::film::tiles::{is_planned_at, next_plan};
 use crate::film::{Film, Layer, picture::Notes};
 use crate::integrator::cache::{RadianceCache, next_growth, samples_for};
 use crate::integrator::settings::Settings;
-use crate::packed::RowTracer;
+use crate::packed::SampleTracer;
 use crate::render::Statistics;
 use crate::world::World;
 use std::ops::Range;
@@ -61,8 +61,8 @@ pub struct Options {
     /// End when the picture's noise is this low: see [`Film::noise`]. Above 0. It is tested at fixed numbers of
     /// samples, so that the picture does not depend on [`Options::pass`].
     ///
-    /// Sampling is then adaptive: noisy parts of the picture get more samples. Exceptions are a tracer of its own,
-    /// [`Options::exact`], and samples that do not begin with 0.
+    /// Sampling is then adaptive: noisy parts of the picture get more samples. Exceptions are [`Options::exact`], and
+    /// samples that do not begin with 0.
     pub noise: Option<f64>,
     /// End after rendering this long.
     pub time: Option<Duration>,
@@ -172,7 +172,7 @@ pub struct Session<'w> {
     world: &'w World,
     settings: Settings,
     /// Computes the samples instead of the processor.
-    tracer: Option<Box<dyn RowTracer>>,
+    tracer: Option<Box<dyn SampleTracer>>,
     /// Filled before the first pass, if the settings have one. It grows with the samples.
     cache: Option<RadianceCache>,
     goals: Goals,
@@ -203,7 +203,7 @@ impl<'w> Session<'w> {
 
     /// Lets another tracer compute the samples: that of a GPU. It must be one for the world, the settings and the
     /// layers of this session.
-    pub fn set_tracer(&mut self, tracer: Box<dyn RowTracer>) {
+    pub fn set_tracer(&mut self, tracer: Box<dyn SampleTracer>) {
         self.tracer = Some(tracer);
     }
 
@@ -224,9 +224,9 @@ impl<'w> Session<'w> {
             let what = format!("has the samples {:?}, which are not in {start}..{end}", kept.samples);
             return Err(Error::OtherCheckpoint(what));
         }
-        if kept.film.is_adaptive() && (self.exact || self.tracer.is_some()) {
+        if kept.film.is_adaptive() && self.exact {
             let what = "has other numbers of samples in each part of the picture, because it was rendered with a goal \
-                        of noise: continue on the processor, and without a range of samples";
+                        of noise: continue without a range of samples";
             return Err(Error::OtherCheckpoint(what.to_owned()));
         }
         (own.samples, own.film) = (kept.samples, kept.film);
@@ -307,7 +307,7 @@ impl<'w> Session<'w> {
 
     /// Do noisy parts of the picture get more samples? A film that has such samples already goes on so.
     fn is_adaptive(&self) -> bool {
-        let possible = self.tracer.is_none() && !self.exact && self.checkpoint.samples.start == 0;
+        let possible = !self.exact && self.checkpoint.samples.start == 0;
         self.checkpoint.film.is_adaptive() || (possible && self.goals.noise.is_some())
     }
 

@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use vellus::{Fiber, Species};
-use vellus_render::packed::RowTracer;
+use vellus_render::packed::SampleTracer;
 use vellus_render::session::{End, Merge, Options};
 use vellus_render::{Checkpoint, Error, Layer, Session, Settings, World};
 use vellus_scene::{Basis, Camera, LightShape, Look, Scene, Strands};
@@ -161,7 +161,7 @@ fn the_end_does_not_depend_on_passes() {
 }
 
 #[test]
-fn ranges_and_other_tracers_are_not_adaptive() {
+fn ranges_are_not_adaptive() {
     let world = world();
     let exact = finish(&world, Options { exact: true, ..options(40) });
     let later = finish(&world, Options { samples: 8..40, ..options(40) });
@@ -170,25 +170,64 @@ fn ranges_and_other_tracers_are_not_adaptive() {
     let mut exact = Session::new(&world, Options { exact: true, ..options(40) }).unwrap();
     let error = exact.resume(adaptive.clone()).unwrap_err();
     assert!(error.to_string().contains("other numbers of samples"), "{error}");
-    let mut other = Session::new(&world, options(60)).unwrap();
-    other.set_tracer(Box::new(Nothing));
-    let error = other.resume(adaptive.clone()).unwrap_err();
-    assert!(error.to_string().contains("continue on the processor"), "{error}");
+    assert!(error.to_string().contains("continue without a range"), "{error}");
     let error = Merge::new().add("a.film", adaptive).unwrap_err();
     assert!(error.to_string().starts_with("a.film: its tiles have different numbers of samples"), "{error}");
 }
 
+/// Samples whose brightness and thing depend on the pixel and the index. The left half of the picture has no noise.
 #[derive(Debug)]
-struct Nothing;
+struct Pattern {
+    channels: usize,
+    at_once: usize,
+}
 
-impl RowTracer for Nothing {
-    fn rows_at_once(&self, _: u64) -> usize {
-        1
+impl SampleTracer for Pattern {
+    fn samples_at_once(&self) -> usize {
+        self.at_once
     }
 
-    fn trace(&mut self, _: std::ops::Range<usize>, _: std::ops::Range<u64>) -> Result<Vec<u32>, Error> {
-        Err(Error::Device("nothing".to_owned()))
+    fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error> {
+        assert!(samples.len() <= self.at_once && samples.is_sorted());
+        let words = samples.iter().flat_map(|&[pixel, index]| {
+            let right = pixel as usize % SIZE[0] >= SIZE[0] / 2;
+            let value = if right { noise(pixel as usize, index) } else { 0.5 };
+            let thing = (pixel + index) % 2;
+            let extra = [1f32.to_bits(), pixel + 1, thing, 1, 0, 0];
+            std::iter::repeat_n(value.to_bits(), self.channels).chain(extra)
+        });
+        Ok(words.collect())
     }
+}
+
+/// Another tracer is adaptive, too. Each sample of a pixel is traced once, and the picture does not depend on how many
+/// are traced at once.
+#[test]
+fn another_tracer_is_adaptive() {
+    let world = world();
+    let render = |at_once: usize, resumed: bool| {
+        let tracer = || Box::new(Pattern { channels: world.layout(&options(1).layers).channels(), at_once });
+        let mut session = Session::new(&world, options(if resumed { 19 } else { 60 })).unwrap();
+        session.set_tracer(tracer());
+        session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+        if resumed {
+            let kept = session.into_checkpoint();
+            session = Session::new(&world, options(60)).unwrap();
+            session.set_tracer(tracer());
+            session.resume(kept).unwrap();
+            session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+        }
+        session.into_checkpoint().film
+    };
+    let film = render(1 << 20, false);
+    assert!(film.is_adaptive() && film == render(101, false) && film == render(1 << 20, true));
+    for (x, y) in [(3, 5), (SIZE[0] - 4, 7)] {
+        let (pixel, samples) = (y * SIZE[0] + x, film.samples_of(x, y) as u32);
+        let value = |index| if x > SIZE[0] / 2 { noise(pixel, index) } else { 0.5 };
+        let expected = (0..samples).map(|index| f64::from(value(index))).sum::<f64>() / f64::from(samples);
+        assert!((film.mean(x, y, Layer::Beauty, 0) - expected).abs() < 1e-6, "{x} {y}");
+    }
+    assert!(film.samples_of(SIZE[0] - 4, 7) > 2 * film.samples_of(3, 5));
 }
 
 #[test]

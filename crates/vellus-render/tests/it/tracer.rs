@@ -1,9 +1,8 @@
 //! Another tracer computes the samples: here one of grey pixels, which fails when it is told to.
 
 use crate::common::{settings, world};
-use std::ops::Range;
 use vellus_models::Marschner2003;
-use vellus_render::packed::{EXTRA_WORDS, NONE, RowTracer};
+use vellus_render::packed::{EXTRA_WORDS, Lacking, NONE, SampleTracer};
 use vellus_render::session::{Event, Job, Options, Picture};
 use vellus_render::{Error, Layer, Mode, Settings, World};
 
@@ -14,20 +13,19 @@ struct Grey {
     lost_at: u64,
 }
 
-impl RowTracer for Grey {
-    fn rows_at_once(&self, _: u64) -> usize {
-        4
+impl SampleTracer for Grey {
+    fn samples_at_once(&self) -> usize {
+        37
     }
 
-    fn trace(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
-        if samples.contains(&self.lost_at) {
+    fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error> {
+        if samples.iter().any(|sample| u64::from(sample[1]) == self.lost_at) {
             return Err(Error::Device("the GPU was lost: no answer".to_owned()));
         }
         let mut sample = vec![0.25f32.to_bits(); self.channels];
         sample.extend([0f32.to_bits(), 0, NONE, 1, 0, 0]);
         assert_eq!(sample.len(), self.channels + EXTRA_WORDS);
-        let count = rows.len() * 8 * (samples.end - samples.start) as usize;
-        Ok(sample.repeat(count))
+        Ok(sample.repeat(samples.len()))
     }
 }
 
@@ -86,7 +84,7 @@ fn a_device_that_fails_at_once_writes_nothing() -> Result<(), Error> {
 }
 
 #[test]
-fn other_modes_and_models_are_refused_by_name() -> Result<(), Error> {
+fn what_is_lacking_is_refused() -> Result<(), Error> {
     let mut world = world();
     let refused = |world: &World, settings: Settings| {
         let layout = world.layout(&[]);
@@ -95,12 +93,12 @@ fn other_modes_and_models_are_refused_by_name() -> Result<(), Error> {
     let near = options().settings;
     assert_eq!(refused(&world, near), None);
     let cached = Settings { radiance_cache: Some(8), ..near };
-    assert_eq!(refused(&world, cached).as_deref(), Some("a radiance cache"));
-    let far = Settings { mode: Mode::Far, ..near };
-    assert_eq!(refused(&world, far), None);
-    let both = Settings { mode: Mode::MultiScale, ..near };
-    assert_eq!(refused(&world, both).as_deref(), Some("the mode multiscale, only near and far"));
+    assert_eq!(refused(&world, cached), Some(Lacking::RadianceCache));
+    assert_eq!(Lacking::RadianceCache.to_string(), "a radiance cache (--radiance-cache)");
+    for mode in Mode::ALL {
+        assert_eq!(refused(&world, Settings { mode, ..near }), None);
+    }
     world.set_model(Marschner2003::new)?;
-    assert_eq!(refused(&world, near).as_deref(), Some("a reflectance model other than vellus"));
+    assert_eq!(refused(&world, near), Some(Lacking::Models));
     Ok(())
 }
