@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-/// The largest depth of an expression, and the largest number of its parts.
+/// The largest depth of an expression with the collections that it names, and the largest number of its parts.
+const DEEPEST: usize = 100;
 const MOST: usize = 1000;
 
 /// An expression of paths. References to other collections are resolved when it is parsed.
@@ -194,7 +195,10 @@ impl Parser<'_> {
 
     fn unary(&mut self, depth: usize) -> Result<Expression, String> {
         self.parts += 1;
-        if depth >= MOST || self.parts >= MOST {
+        if depth >= DEEPEST {
+            return Err(format!("it is deeper than {DEEPEST} levels"));
+        }
+        if self.parts >= MOST {
             return Err(format!("it has more than {MOST} parts"));
         }
         if self.take('~') {
@@ -406,9 +410,9 @@ mod tests {
             ("%_ + S1", "the weaker expression"),
             ("%x", "'%x' is no collection"),
             ("%:y", "no such collection"),
-            ("%:circle", "more than 1000 parts"),
+            ("%:circle", "deeper than 100 levels"),
             ("//{isa:Mesh}", "a predicate"),
-            (&deep, "more than 1000 parts"),
+            (&deep, "deeper than 100 levels"),
             (&long, "more than 1000 parts"),
         ] {
             let error = parse(text, &mut Test, 0).unwrap_err();
