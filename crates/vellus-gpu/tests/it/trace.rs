@@ -2,10 +2,12 @@
 
 use crate::common::device;
 use glam::{Mat4, Quat, Vec3};
+use std::sync::{Arc, Mutex};
 use vellus::{Bcsdf, Parameter};
 use vellus_gpu::Tracer;
-use vellus_render::packed::Lacking;
-use vellus_render::{Film, Layer, Mode, Settings, World};
+use vellus_render::packed::{Lacking, SampleTracer};
+use vellus_render::session::Options;
+use vellus_render::{Checkpoint, Error, Film, Layer, Mode, Session, Settings, World};
 use vellus_scene::{
     Light, LightShape, Link, NormalMap, Objects, Opacity, Profile, Scene, Shaping, Texture, Values, Wrap,
 };
@@ -272,6 +274,61 @@ fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dy
     }
     let limit = max_abs_z(scores.len(), 0.01);
     assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+/// A tracer that several sessions use in turns.
+#[derive(Clone, Debug)]
+struct Shared(Arc<Mutex<Tracer>>);
+
+impl SampleTracer for Shared {
+    fn samples_at_once(&self) -> usize {
+        self.0.lock().map_or(1, |tracer| tracer.samples_at_once())
+    }
+
+    fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error> {
+        let mut tracer = self.0.lock().map_err(|_| Error::Device("the lock is broken".to_owned()))?;
+        tracer.trace(samples)
+    }
+}
+
+/// A picture changes its device with each of 100 samples, and is resumed from the bytes of a checkpoint each time. It
+/// has the bits of the same samples, merged. A device that is lost then leaves the samples.
+#[test]
+#[ignore = "full: a software GPU compiles the tracer in a minute"]
+fn a_picture_changes_its_device_a_hundred_times() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device() else { return Ok(()) };
+    let world = World::with_model(built_in("hamster"), Bcsdf::new)?;
+    let settings = Settings::new([24, 16]);
+    let layers = [Layer::Depth, Layer::Strand, Layer::CryptoLook];
+    let layout = world.layout(&layers);
+    let tracer = Shared(Arc::new(Mutex::new(Tracer::new(&device, &world, &settings, &layout)?)));
+    let options = |samples| Options { layers: layers.to_vec(), ..Options::new(settings, samples) };
+    let new_film = || Film::new(settings.size, settings.area(), layout.clone());
+    let (mut merged, mut kept): (Film, Option<Vec<u8>>) = (new_film(), None);
+    for sample in 0..100 {
+        let mut session = Session::new(&world, options(sample + 1))?;
+        if let Some(bytes) = kept {
+            session.resume(Checkpoint::from_bytes(&bytes)?)?;
+        }
+        let mut alone = new_film();
+        if sample % 2 == 0 {
+            session.set_tracer(Box::new(tracer.clone()));
+            world.render_packed(&settings, &mut alone, sample..sample + 1, &(), &mut tracer.clone())?;
+        } else {
+            world.render(&settings, &mut alone, sample..sample + 1, &())?;
+        }
+        session.run(&(), |_| Ok::<(), Error>(()))?;
+        merged.merge(&alone);
+        assert!(*session.film() == merged, "sample {sample}");
+        kept = Some(session.checkpoint().to_bytes());
+    }
+    device.destroy();
+    let mut session = Session::new(&world, options(200))?;
+    session.set_tracer(Box::new(tracer));
+    session.resume(Checkpoint::from_bytes(&kept.unwrap_or_default())?)?;
+    let lost = session.run(&(), |_| Ok::<(), Error>(()));
+    assert!(matches!(lost, Err(Error::Device(_))) && *session.film() == merged, "{lost:?}");
     Ok(())
 }
 
