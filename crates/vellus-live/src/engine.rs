@@ -15,7 +15,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use tempfile::TempDir;
 use tokio::sync::{OwnedSemaphorePermit, oneshot, watch};
-use vellus_render::Curves;
+use vellus_render::{Curves, Denoised};
 
 /// The most commands that wait. Further ones are refused.
 const MAX_QUEUE: usize = 512;
@@ -33,6 +33,8 @@ pub(crate) enum Job {
     Load(String, Vec<u8>, Reply<Value>),
     /// Strands that were built in the background, for a session.
     Built(u64, Curves),
+    /// The denoised picture, with the number of the picture and its samples.
+    Denoised(u64, u64, Result<Denoised, String>),
     /// A scene that was opened in the background.
     Opened(Result<Box<Session>, String>, Option<Reply<Value>>),
 }
@@ -41,7 +43,7 @@ impl Job {
     /// Whether the step that is rendered is cancelled for this job.
     fn interrupts(&self) -> Interrupts {
         match self {
-            Job::Save(..) | Job::Load(..) => Interrupts::Never,
+            Job::Save(..) | Job::Load(..) | Job::Denoised(..) => Interrupts::Never,
             Job::Command(command, ..) if command.is_question() => Interrupts::Once,
             Job::Command(..) | Job::Built(..) | Job::Opened(..) => Interrupts::Always,
         }
@@ -96,7 +98,7 @@ impl Shared {
     /// Adds a job, and stops the step that is rendered. Gives the job back if too many wait.
     pub(crate) fn push(&self, job: Job) -> bool {
         let mut jobs = self.lock();
-        let inner = matches!(job, Job::Built(..) | Job::Opened(..));
+        let inner = matches!(job, Job::Built(..) | Job::Opened(..) | Job::Denoised(..));
         if jobs.1 || (!inner && jobs.0.len() >= MAX_QUEUE) {
             return false;
         }

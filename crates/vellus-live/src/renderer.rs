@@ -29,7 +29,19 @@ struct Picture {
     coarse: usize,
     /// Whether pages have it in this form.
     sent: Option<Instant>,
+    /// With the samples that the picture had.
     denoised: Option<(u64, Denoised)>,
+}
+
+/// What the denoiser does, on another thread.
+#[derive(Default)]
+struct Denoising {
+    /// Counts pictures: what was denoised for an earlier one is dropped.
+    picture: u64,
+    /// When it began, if it is at work.
+    since: Option<Instant>,
+    /// How long it took, and when it ended.
+    last: Option<(Duration, Instant)>,
 }
 
 pub struct Renderer {
@@ -53,6 +65,7 @@ pub struct Renderer {
     building: bool,
     outdated: bool,
     opening: bool,
+    denoising: Denoising,
     note: Option<String>,
 }
 
@@ -74,6 +87,7 @@ impl Renderer {
             building: false,
             outdated: false,
             opening: false,
+            denoising: Denoising::default(),
             note: None,
         }
     }
@@ -102,6 +116,7 @@ impl Renderer {
     fn restart(&mut self) {
         self.picture = None;
         self.full = false;
+        self.denoising.picture += 1;
     }
 
     fn work(&mut self, job: Job) {
@@ -143,9 +158,13 @@ impl Renderer {
             }
             Job::Save(what, reply, place) => {
                 let film = self.picture.as_ref().filter(|_| self.full).map(|picture| &picture.film);
-                let denoised = self.picture.as_ref().and_then(|picture| picture.denoised.as_ref());
-                let denoised = denoised.filter(|_| self.session.denoise).map(|(_, denoised)| denoised);
-                let bytes = save::bytes(what, &self.session, film, denoised);
+                // All samples of the picture, and not those of the last time.
+                let denoiser = self.session.denoiser.as_ref().ok().filter(|_| self.session.denoise);
+                let denoised = denoiser.zip(film).map(|(denoiser, film)| Denoised::new(&**denoiser, film, &[]));
+                let bytes = match denoised.transpose() {
+                    Ok(denoised) => save::bytes(what, &self.session, film, denoised.as_ref()),
+                    Err(error) => Err(error.to_string()),
+                };
                 drop(place);
                 let _ = reply.send(bytes);
             }
@@ -163,6 +182,7 @@ impl Renderer {
                     self.build();
                 }
             }
+            Job::Denoised(number, samples, result) => self.take_denoised(number, samples, result),
             Job::Opened(result, reply) => {
                 self.opening = false;
                 let answer = result.map(|session| {
@@ -255,26 +275,51 @@ impl Renderer {
         }
     }
 
+    /// Denoises the picture on another thread, if that is due: with a quarter more samples, and at most half of the time.
+    /// The last samples are always denoised.
+    fn begin_denoising(&mut self) {
+        let Some(picture) = self.picture.as_ref().filter(|picture| self.session.denoise && picture.coarse == 1) else {
+            return;
+        };
+        let (samples, done) = (picture.film.samples(), picture.film.samples() >= self.session.target);
+        let more = picture.denoised.as_ref().is_none_or(|(at, _)| samples * 4 > at * 5 || (done && samples > *at));
+        let rested = self.denoising.last.is_none_or(|(took, ended)| done || ended.elapsed() >= took);
+        let (Ok(denoiser), true) = (&self.session.denoiser, samples > 0 && more && rested) else { return };
+        if self.denoising.since.is_some() {
+            return;
+        }
+        let (denoiser, film, number) = (Arc::clone(denoiser), picture.film.clone(), self.denoising.picture);
+        let shared = Arc::clone(&self.shared);
+        let begun = self.spawn(move || {
+            let denoised = Denoised::new(&*denoiser, &film, &[]).map_err(|error| error.to_string());
+            shared.push(Job::Denoised(number, samples, denoised));
+        });
+        self.denoising.since = begun.then(Instant::now);
+    }
+
+    fn take_denoised(&mut self, number: u64, samples: u64, result: Result<Denoised, String>) {
+        self.denoising.last = self.denoising.since.take().map(|since| (since.elapsed(), Instant::now()));
+        match result {
+            Ok(denoised) => {
+                if let Some(picture) = self.picture.as_mut().filter(|_| number == self.denoising.picture) {
+                    picture.denoised = Some((samples, denoised));
+                }
+                self.redraw();
+            }
+            Err(error) => {
+                self.session.denoise = false;
+                self.session.denoiser = Err(error.clone());
+                self.note = Some(error);
+            }
+        }
+    }
+
     /// Sends the picture to all pages.
     fn redraw(&mut self) {
+        self.begin_denoising();
         let Some(picture) = self.picture.as_mut().filter(|picture| picture.film.samples() > 0) else { return };
         let (film, session) = (&picture.film, &mut self.session);
         let samples = film.samples();
-        if session.denoise && picture.coarse == 1 {
-            // The denoiser takes as long as some samples: it runs again when there are a quarter more.
-            let due = picture.denoised.as_ref().is_none_or(|(at, _)| samples >= session.target || samples * 4 > at * 5);
-            if due && picture.denoised.as_ref().is_none_or(|(at, _)| *at != samples) {
-                match session.denoiser.as_ref().map(|denoiser| Denoised::new(denoiser, film, &[])) {
-                    Ok(Ok(denoised)) => picture.denoised = Some((samples, denoised)),
-                    Ok(Err(error)) => {
-                        session.denoise = false;
-                        session.denoiser = Err(error.to_string());
-                        self.note = Some(error.to_string());
-                    }
-                    Err(_) => session.denoise = false,
-                }
-            }
-        }
         let denoised = picture.denoised.as_ref().filter(|_| session.denoise);
         let pixels = match denoised {
             Some((_, denoised)) => film.denoised_to_srgb(&denoised.beauty, session.display()),
@@ -404,5 +449,50 @@ mod tests {
         }
         let kept = count(&renderer) as f32 / all as f32;
         assert!((kept - 0.25).abs() < 0.1, "{kept}");
+    }
+
+    /// Makes pictures half as bright.
+    #[derive(Debug)]
+    struct Half;
+
+    impl vellus_render::Denoise for Half {
+        fn clean(&self, _: &Film, pictures: &[Vec<f32>]) -> Result<Vec<Vec<f32>>, vellus_render::Error> {
+            Ok(pictures.iter().map(|picture| picture.iter().map(|x| 0.5 * x).collect()).collect())
+        }
+    }
+
+    /// The picture is denoised on another thread while it refines, and once more when it is finished. What was denoised
+    /// for an earlier picture is dropped.
+    #[test]
+    fn a_finished_picture_is_denoised() {
+        let mut session = Session::open(Path::new("hair-lock"), true).unwrap();
+        session.denoiser = Ok(Arc::new(Half));
+        (session.denoise, session.target, session.size) = (true, 3, [48, 32]);
+        let shared = Arc::new(Shared::default());
+        let mut renderer = Renderer::new(session, Arc::clone(&shared), None, PathBuf::new());
+        let finish = |renderer: &mut Renderer| {
+            while !renderer.is_idle() {
+                renderer.step();
+            }
+            while renderer.denoising.since.is_some() {
+                shared.take(true).unwrap().into_iter().for_each(|job| renderer.work(job));
+            }
+            let picture = renderer.picture.as_ref().unwrap();
+            assert_eq!(picture.denoised.as_ref().map(|(samples, _)| *samples), Some(3));
+            let mean = |values: &[f32]| values.iter().map(|&x| f64::from(x)).sum::<f64>();
+            let noisy = picture.film.values(vellus_render::Layer::Beauty).unwrap();
+            let clean = &picture.denoised.as_ref().unwrap().1.beauty;
+            assert!((mean(clean) / mean(&noisy) - 0.5).abs() < 1e-5);
+            picture.denoised.as_ref().unwrap().1.clone()
+        };
+        let earlier = finish(&mut renderer);
+        let number = renderer.denoising.picture;
+        renderer.restart();
+        renderer.step();
+        renderer.work(Job::Denoised(number, 3, Ok(earlier)));
+        assert!(renderer.picture.as_ref().unwrap().denoised.is_none());
+        finish(&mut renderer);
+        renderer.work(Job::Denoised(number, 3, Err("no memory".to_owned())));
+        assert!(!renderer.session.denoise && renderer.note.as_deref() == Some("no memory"));
     }
 }

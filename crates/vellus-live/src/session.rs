@@ -12,6 +12,7 @@ use std::time::Instant;
 use vellus::Fiber;
 use vellus_models::ModelKind;
 use vellus_open::{Opened, Options, Staging, Warning};
+use vellus_render::Denoise;
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Display, Layer, Pick, Settings, Varying, World};
 use vellus_render_models::Method;
@@ -54,12 +55,12 @@ pub struct Session {
     pub exposure: f32,
     /// The exposure that suits lights that the file does not have.
     metered: f32,
-    size: [usize; 2],
+    pub size: [usize; 2],
     crop: Option<[f32; 4]>,
     pub paused: bool,
     pub target: u64,
     pub denoise: bool,
-    pub denoiser: Result<Denoiser, String>,
+    pub denoiser: Result<Arc<dyn Denoise + Send + Sync>, String>,
     /// What the file has that was left out or replaced.
     warnings: Vec<String>,
 }
@@ -99,6 +100,8 @@ impl Session {
         let world = now.model.world(scene)?;
         warnings.extend(world.unreached());
         let size = world.camera().size(LONGER).map(|side| side.max(MIN_SIDE));
+        let denoiser = Denoiser::load().map_err(|error| error.to_string());
+        let denoiser = denoiser.map(|denoiser| Arc::new(denoiser) as Arc<dyn Denoise + Send + Sync>);
         let mut session = Session {
             orbit: Orbit::new(world.camera(), middle, up),
             world,
@@ -118,8 +121,8 @@ impl Session {
             crop: None,
             paused: false,
             target: 256,
-            denoise: false,
-            denoiser: Denoiser::load().map_err(|error| error.to_string()),
+            denoise: denoiser.is_ok(),
+            denoiser,
             warnings,
         };
         session.world.set_camera(session.orbit.camera())?;

@@ -264,6 +264,9 @@ fn strand_movement(hit: Hit) -> vec3<f32> {
     return transform_vector(instance_row(hit.instance) + 3u, closed - open);
 }
 
+// In place of an offset: the whole width, if there are tables of the far field.
+const WHOLE_WIDTH = 2.0;
+
 // The offset at which a fibre scatters: that of the hit, or one by chance within the window of the mode, as in
 // `window.rs` of vellus-render.
 fn shown_offset(
@@ -273,20 +276,21 @@ fn shown_offset(
         return h;
     }
     let u = next4(sampler);
+    let any = select(2.0 * u.x - 1.0, WHOLE_WIDTH, HAS_TABLES);
     if MODE == FAR {
-        return 2.0 * u.x - 1.0;
+        return any;
     }
     if (*path).depth > 0u {
         // The angle over which a direction with this density spreads.
         let spread = sqrt(3.0 / (VELLUS_PI * (*path).pdf));
         let wide = spread * t >= 2.0 * radius && largest((*path).throughput) >= FAINT;
-        return select(h, 2.0 * u.x - 1.0, wide);
+        return select(h, any, wide);
     }
     let frame = frame_at(path_time);
     let pixel = t * -dot(ray.direction, frame.z) * data_floats(CAMERA_X).w / f32(data_row(SIZE).y);
     let width = CELL * min(pixel / max(radius, 1e-30), 4.0);
     if width >= 2.0 {
-        return 2.0 * u.x - 1.0;
+        return any;
     }
     let low = width * (floor((h + 1.0) / width - u.y) + u.y) - 1.0;
     let ends = clamp(vec2<f32>(low, low + width), vec2<f32>(-1.0), vec2<f32>(1.0));

@@ -31,11 +31,10 @@ const TABLE_STEP: usize = 16;
 
 /// A scene on a GPU, ready to be traced with some settings and layers.
 ///
-/// In [`Mode::MultiScale`] a hit uses one offset of its window by chance: the mean of the window is the same, and the
-/// noise is that of the near field. [`Mode::Far`] takes tables, or random offsets if there are more than 64 different
-/// fibres. The random numbers are of the same kind as those of the processor, but not the same numbers. So pictures of
-/// both devices agree within their noise, and have different bits. Pictures of the same device and driver have the same
-/// bits.
+/// A hit uses the near field at its offset, or at a random offset of its window: the mean of the window is the same.
+/// The whole width is a table of the far field instead, if there are at most 64 different fibres. The random numbers
+/// are of the same kind as those of the processor, but not the same numbers. So pictures of both devices agree within
+/// their noise, and have different bits. Pictures of the same device and driver have the same bits.
 pub struct Tracer {
     device: Device,
     pipeline: wgpu::ComputePipeline,
@@ -61,7 +60,7 @@ impl Tracer {
         let models = scene.fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>();
         let models = models.map_err(|e| device_error(&e.to_string()))?;
         let fibers: Vec<[f32; 4]> = models.iter().flat_map(shader_fiber).collect();
-        let far = (settings.mode == Mode::Far && models.len() <= MOST_TABLES).then(|| far_tables(&models));
+        let far = has_tables(settings.mode, models.len()).then(|| far_tables(&models));
         let limit = device.limit();
         let arrays = arrays(&scene, limit);
         let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
@@ -107,9 +106,13 @@ pub fn tracer_shader(world: &World, settings: &Settings, layout: &Layout) -> Res
     let scene = world.packed(settings, layout).map_err(refused)?;
     // The limit of most GPUs. The number of rows of the far field changes nothing else.
     let limit = 1 << 30;
-    let tables = settings.mode == Mode::Far && scene.fibers.len() <= MOST_TABLES;
-    let far = tables.then(|| Array::new("vellus_far_row", "f32", 1, limit));
+    let far = has_tables(settings.mode, scene.fibers.len()).then(|| Array::new("vellus_far_row", "f32", 1, limit));
     Ok(source::shader(&arrays(&scene, limit), settings.mode, far.as_ref(), &scene.features, scene.stack))
+}
+
+/// Whether hits take the far field from tables, of this many fibres.
+fn has_tables(mode: Mode, fibers: usize) -> bool {
+    mode != Mode::Near && fibers <= MOST_TABLES
 }
 
 /// The tables of all fibres, after rows with the first row of each.

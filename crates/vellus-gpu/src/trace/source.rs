@@ -16,9 +16,10 @@ const FILES: [&str; 7] = [
     include_str!("../../shaders/trace/path.wgsl"),
 ];
 
-/// The functions that the path tracer calls at a hit of a fibre, in the near and in the far field.
+/// The functions that the path tracer calls at a hit of a fibre: with the near field, the far field, and both.
 const NEAR: &str = include_str!("../../shaders/trace/near.wgsl");
 const FAR: &str = include_str!("../../shaders/trace/far.wgsl");
+const BOTH: &str = include_str!("../../shaders/trace/both.wgsl");
 
 /// An array of rows of four numbers. If it is larger than a buffer may be, it is split into several buffers.
 pub(super) struct Array {
@@ -104,9 +105,7 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     for (name, value) in vellus_render::packed::constants() {
         let _ = writeln!(text, "const {name} = {value};");
     }
-    // With tables of the far field, offsets do not matter.
-    let mode = if far.is_some() { Mode::Near } else { mode };
-    let _ = writeln!(text, "const MODE = {}u;", mode as u32);
+    let _ = writeln!(text, "const MODE = {}u;\nconst HAS_TABLES = {};", mode as u32, far.is_some());
     for (name, value) in features {
         let _ = writeln!(text, "const {name} = {value};");
     }
@@ -115,7 +114,11 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     let _ = writeln!(text, "const LOBES = {lobes}u;");
     let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
     let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
-    let field: &[&str] = if far.is_some() { &[FAR_FIELD, FAR] } else { &[NEAR] };
+    let field: &[&str] = match (far, mode) {
+        (None, _) => &[NEAR],
+        (Some(_), Mode::Far) => &[FAR_FIELD, FAR],
+        (Some(_), _) => &[FAR_FIELD, BOTH],
+    };
     for file in FILES.iter().chain(field) {
         text.push('\n');
         text.push_str(file);
@@ -186,7 +189,8 @@ mod tests {
             ["HAS_LOBES", "HAS_MOTION", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
         let far = &rows("vellus_far_row", "f32");
         let all = [(Mode::Near, None, false), (Mode::MultiScale, None, true), (Mode::Far, None, true)];
-        for (mode, far, all) in all.into_iter().chain([(Mode::Far, Some(far), true)]) {
+        for (mode, far, all) in all.into_iter().chain([Mode::MultiScale, Mode::Far].map(|mode| (mode, Some(far), true)))
+        {
             let text = shader(&arrays, mode, far, &names.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(Default::default(), Default::default());

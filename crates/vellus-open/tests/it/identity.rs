@@ -11,8 +11,9 @@ use vellus_scene::ReflectanceOf;
 /// The identity of a picture of a scene, with the defaults of the command `vellus render`.
 fn identity(scene: &str, options: &Options) -> Digest {
     let settings = Settings::new([960, 640]);
+    let listed = Layer::list("all").unwrap_or_default().into_iter();
     let extra = |layer: &Layer| matches!(layer, Layer::Motion | Layer::Lights) || Layer::CRYPTOMATTE.contains(layer);
-    let layers: Vec<Layer> = Layer::ALL.into_iter().filter(|layer| !extra(layer)).collect();
+    let layers: Vec<Layer> = listed.filter(|layer| !extra(layer)).collect();
     let identity = Identity {
         settings: &settings,
         layers: &layers,

@@ -57,7 +57,7 @@ impl Identity<'_> {
         let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
         let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect, radiance_cache } = self.settings;
         let (later, first): (Vec<Layer>, Vec<Layer>) =
-            Layer::ALL.iter().partition(|l| (**l as usize) < Layer::CryptoObject as usize);
+            Layer::ALL.iter().partition(|l| **l as usize >= Layer::CryptoObject as usize);
         let has = |layer: &Layer| self.layers.contains(layer);
         let mut layers: Vec<u8> = first.iter().map(|layer| u8::from(has(layer))).collect();
         // Films without Cryptomatte, or a later layer, have the identity that they had before there was such a layer.
