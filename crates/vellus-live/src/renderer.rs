@@ -275,8 +275,8 @@ impl Renderer {
         }
     }
 
-    /// Denoises the picture on another thread, if that is due: with a quarter more samples, and at most half of the time.
-    /// The last samples are always denoised.
+    /// Denoises the picture on another thread, if that is due: with a quarter more samples, and at most half of the
+    /// time. The last samples are always denoised.
     fn begin_denoising(&mut self) {
         let Some(picture) = self.picture.as_ref().filter(|picture| self.session.denoise && picture.coarse == 1) else {
             return;

@@ -297,7 +297,7 @@ fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, casters: u32,
         }
         if strands {
             hit_segments(leaf, basis, any, casters, &ray, &hit);
-        } else {
+        } else if HAS_MESHES {
             hit_triangles(leaf, casters, &ray, &hit);
         }
         if any && hit.kind != 0u {

@@ -127,7 +127,7 @@ fn rotation_of(row: u32) -> mat3x3<f32> {
 
 // The factor of a shaping, for a direction away from the light.
 fn shaping(row: u32, direction: vec3<f32>) -> vec3<f32> {
-    if data_row(row + 1u).w == 0u {
+    if !HAS_SHAPING || data_row(row + 1u).w == 0u {
         return vec3<f32>(1.0);
     }
     let axis = data_floats(row + 7u);
@@ -146,7 +146,7 @@ fn shaping(row: u32, direction: vec3<f32>) -> vec3<f32> {
     let cone = 1.0 - edge * edge * (3.0 - 2.0 * edge);
     let factor = (focus + (1.0 - focus) * data_floats(row + 9u).xyz) * cone;
     let image = data_row(row + 8u).x;
-    if image == NONE {
+    if !HAS_PROFILES || image == NONE {
         return factor;
     }
     // The place in the image of a profile: rows go away from the axis, columns around it.
@@ -161,7 +161,7 @@ fn shaping(row: u32, direction: vec3<f32>) -> vec3<f32> {
 // The image of a lamp. It stays half a texel inside, because it must not repeat.
 fn lamp_texture(row: u32, a: f32, b: f32) -> vec3<f32> {
     let image = data_row(row + 6u).x;
-    if image == NONE {
+    if !HAS_LAMP_IMAGES || image == NONE {
         return vec3<f32>(1.0);
     }
     let size = vec2<f32>(data_row(image).xy);
@@ -205,9 +205,9 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
     s.distance = INFINITY;
     s.radiance = data_floats(row + 1u).xyz;
     let place = data_floats(row + 2u);
-    if kind == DOME {
+    if HAS_DOME && kind == DOME {
         let map = data_row(row + 5u);
-        if map.x == NONE {
+        if !HAS_SKY_IMAGES || map.x == NONE {
             s.light = NONE;
             return s;
         }
@@ -222,7 +222,7 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
         s.direction = rotation_of(row) * sky_direction(uv);
         s.radiance *= texture_at(map.x, uv);
         s.pdf = sky_pdf(map, uv);
-    } else if kind == DISTANT {
+    } else if HAS_DISTANT && kind == DISTANT {
         s.direction = place.xyz;
         s.pdf = -1.0;
         if place.w > 0.0 {
@@ -230,7 +230,7 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
             s.direction = uniform_cone(place.xyz, c, u);
             s.pdf = cone_pdf(c);
         }
-    } else if kind == FLAT {
+    } else if HAS_FLAT && kind == FLAT {
         let x = data_floats(row + 3u);
         let y = data_floats(row + 4u).xyz;
         let normal = data_floats(row + 5u).xyz;
@@ -245,14 +245,14 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
         }
         s.radiance *= lamp_texture(row, at.x, at.y);
         s.pdf = s.distance * s.distance / (c * place.w);
-    } else if kind == POINT {
+    } else if HAS_POINT && kind == POINT {
         let to = place.xyz - point;
         s.distance = length(to);
         s.direction = to / max(s.distance, 1e-30);
         s.radiance /= max(s.distance * s.distance, 1e-30);
         s.pdf = -1.0;
         s.light = select(NONE, 0u, s.distance > 0.0);
-    } else if kind == SPHERE {
+    } else if HAS_SPHERE && kind == SPHERE {
         let to = place.xyz - point;
         let c = sphere_cos(to, place.w);
         if c > 1.0 {
@@ -263,7 +263,7 @@ fn sample_shape(row: u32, point: vec3<f32>, u: vec2<f32>) -> LightSample {
         let t = sphere_entry(point, s.direction, place.xyz, place.w);
         s.distance = select(dot(to, s.direction), t, t > 0.0);
         s.pdf = cone_pdf(c);
-    } else {
+    } else if HAS_CYLINDER {
         // Uniform in the angle perpendicular to the axis, and in the length along it.
         let axis = data_floats(row + 3u);
         let origin = point - place.xyz;
@@ -322,7 +322,7 @@ fn meet_light(row: u32, ray: Ray) -> Emission {
     let kind = data_row(row).x;
     let place = data_floats(row + 2u);
     var found = Emission(-1.0, data_floats(row + 1u).xyz, 0.0);
-    if kind == FLAT {
+    if HAS_FLAT && kind == FLAT {
         let x = data_floats(row + 3u);
         let y = data_floats(row + 4u).xyz;
         let normal = data_floats(row + 5u).xyz;
@@ -348,14 +348,14 @@ fn meet_light(row: u32, ray: Ray) -> Emission {
             found.radiance *= lamp_texture(row, a, b);
             found.pdf = t * t / (c * place.w);
         }
-    } else if kind == SPHERE {
+    } else if HAS_SPHERE && kind == SPHERE {
         let t = sphere_entry(ray.origin, ray.direction, place.xyz, place.w);
         let c = sphere_cos(place.xyz - ray.origin, place.w);
         if t > 0.0 && t < ray.t_max && c <= 1.0 {
             found.t = t;
             found.pdf = cone_pdf(c);
         }
-    } else if kind == CYLINDER {
+    } else if HAS_CYLINDER && kind == CYLINDER {
         let axis = data_floats(row + 3u);
         let origin = ray.origin - place.xyz;
         let seen = seen_across(origin, axis.xyz, place.w);
@@ -414,10 +414,10 @@ fn from_ground(row: u32, ray: Ray) -> vec3<f32> {
 fn escape_light(row: u32, ray: Ray, camera: bool) -> Emission {
     let kind = data_row(row).x;
     var found = Emission(INFINITY, data_floats(row + 1u).xyz, -1.0);
-    if kind == DOME {
+    if HAS_DOME && kind == DOME {
         found.pdf = 0.0;
         let map = data_row(row + 5u);
-        if map.x != NONE {
+        if HAS_SKY_IMAGES && map.x != NONE {
             var seen = ray.direction;
             if camera {
                 seen = from_ground(row, ray);
@@ -426,7 +426,7 @@ fn escape_light(row: u32, ray: Ray, camera: bool) -> Emission {
             found.radiance *= texture_at(map.x, uv);
             found.pdf = sky_pdf(map, uv);
         }
-    } else if kind == DISTANT {
+    } else if HAS_DISTANT && kind == DISTANT {
         let place = data_floats(row + 2u);
         let c = data_floats(row + 3u).x;
         if place.w > 0.0 && dot(ray.direction, place.xyz) >= c {

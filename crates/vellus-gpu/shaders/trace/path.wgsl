@@ -539,7 +539,7 @@ fn camera_ray(pixel: vec2<u32>, u: vec4<f32>) -> Ray {
 fn background(pixel: vec2<u32>, u: vec4<f32>) -> vec3<f32> {
     let color = data_floats(BACKGROUND).xyz;
     let texture = data_row(TEXTURES).y;
-    if texture == 0u {
+    if !HAS_TEXTURES || texture == 0u {
         return color;
     }
     let row = data_row(TEXTURES).x + texture - 1u;
@@ -708,7 +708,7 @@ fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray
         set_layer1(path, LAYER_DEPTH, hit.t);
         if hit.kind == 1u {
             (*path).thing = set_of(hit.index);
-        } else {
+        } else if HAS_MESHES {
             (*path).thing = data_row(SETS).x + face_of(hit, ray).mesh;
         }
     }
@@ -719,7 +719,7 @@ fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray
     }
     if hit.kind == 1u {
         (*path).goes_on = at_fiber(path, sampler, ray, hit, depth);
-    } else {
+    } else if HAS_MESHES {
         (*path).goes_on = at_surface(path, sampler, ray, hit, depth);
     }
     (*path).depth = depth + 1u;

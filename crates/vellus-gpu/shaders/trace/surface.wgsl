@@ -58,12 +58,12 @@ fn texel(image: vec4<u32>, column: i32, row: i32) -> vec3<f32> {
 fn texture_at(row: u32, uv: vec2<f32>) -> vec3<f32> {
     let image = data_row(row);
     let across = image.w & 0xffffu;
-    let down = image.w >> 16u;
+    let along = image.w >> 16u;
     var x = near_image(uv.x, across) * f32(image.x) - 0.5;
-    var y = (1.0 - near_image(uv.y, down)) * f32(image.y) - 0.5;
+    var y = (1.0 - near_image(uv.y, along)) * f32(image.y) - 0.5;
     if across > 3u {
         x = in_tile(uv.x, across - 3u, image.x);
-        y = f32(image.y) - 1.0 - in_tile(uv.y, down - 3u, image.y);
+        y = f32(image.y) - 1.0 - in_tile(uv.y, along - 3u, image.y);
     }
     let x0 = floor(x);
     let y0 = floor(y);
@@ -71,9 +71,15 @@ fn texture_at(row: u32, uv: vec2<f32>) -> vec3<f32> {
     let t = y - y0;
     let column = i32(x0);
     let line = i32(y0);
-    let above = mix(texel(image, column, line), texel(image, column + 1, line), s);
-    let below = mix(texel(image, column, line + 1), texel(image, column + 1, line + 1), s);
-    return mix(above, below, t);
+    var sum = vec3<f32>(0.0);
+    // A loop: compilers insert each call as a copy of the code.
+    for (var k = 0; k < 4; k++) {
+        let right = k % 2;
+        let down = k / 2;
+        let weight = select(1.0 - s, s, right == 1) * select(1.0 - t, t, down == 1);
+        sum += texel(image, column + right, line + down) * weight;
+    }
+    return sum;
 }
 
 struct Scatter {
@@ -96,7 +102,7 @@ fn scatter_of(face: Face) -> Scatter {
     let row = surface_row(data_row(data_row(SETS).w + face.mesh));
     let tint = data_row(row);
     var color = bitcast<vec3<f32>>(tint.xyz);
-    if tint.w != 0u {
+    if HAS_TEXTURES && tint.w != 0u {
         color *= texture_at(data_row(TEXTURES).x + tint.w - 1u, face.uv);
     }
     let rest = data_floats(row + 1u);

@@ -153,6 +153,7 @@ fn sobol_directions() -> [u32; 48] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vellus_render::packed::FEATURES;
 
     /// In each dimension, and in each pair of dimensions 0 and 1, the first 2ⁿ points are stratified.
     #[test]
@@ -185,13 +186,11 @@ mod tests {
         let mut arrays: Vec<Array> =
             ["node_row", "chord_row", "triangle_row", "data_row"].map(|name| rows(name, "u32")).into();
         arrays.extend(["point_row", "vellus_row"].map(|name| rows(name, "f32")));
-        let names =
-            ["HAS_LOBES", "HAS_MOTION", "HAS_INSTANCES", "HAS_LINKS", "HAS_GAINS", "HAS_OPACITY", "HAS_NORMAL_MAPS"];
         let far = &rows("vellus_far_row", "f32");
         let all = [(Mode::Near, None, false), (Mode::MultiScale, None, true), (Mode::Far, None, true)];
         for (mode, far, all) in all.into_iter().chain([Mode::MultiScale, Mode::Far].map(|mode| (mode, Some(far), true)))
         {
-            let text = shader(&arrays, mode, far, &names.map(|name| (name, all)), 9);
+            let text = shader(&arrays, mode, far, &FEATURES.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
             validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));

@@ -35,6 +35,11 @@ pub(crate) struct PackedLights {
     pub reaching: u32,
     /// The first number of the classes of all things, or [`NONE`] if there are no links.
     pub classes: u32,
+    /// Whether there are lights of each kind, in the order of [`Kind::ALL`]; whether any has a shaping; and images of
+    /// skies, of lamps, and of profiles.
+    pub kinds: [bool; 6],
+    pub shaping: bool,
+    pub images: [bool; 3],
 }
 
 fn vector(v: Vec3, w: f32) -> [f32; 4] {
@@ -91,9 +96,15 @@ impl Lights {
         };
         let reaching = packed.numbers(self.reaching.iter().enumerate().flat_map(reaching));
         let classes = self.links.as_ref().map_or(NONE, |links| packed.numbers(links.classes().iter().copied()));
+        let kinds = Kind::ALL.map(|kind| all.iter().any(|rows| rows[0][0] == kind as u32));
+        let shaping = all.iter().any(|rows| rows[1][3] == 1);
+        let sky = |rows: &[[u32; 4]; 11]| rows[0][0] == Kind::Dome as u32 && rows[5][0] != NONE;
+        let lamp = |rows: &[[u32; 4]; 11]| rows[0][0] == Kind::Flat as u32 && rows[6][0] != NONE;
+        let profile = |rows: &[[u32; 4]; 11]| rows[1][3] == 1 && rows[8][0] != NONE;
+        let images = [all.iter().any(sky), all.iter().any(lamp), all.iter().any(profile)];
         let rows = packed.data.len() as u32;
         packed.data.extend(all.into_iter().flatten());
-        PackedLights { rows, reaching, classes }
+        PackedLights { rows, reaching, classes, kinds, shaping, images }
     }
 
     /// The kind of a light, and five rows of its shape.

@@ -50,6 +50,29 @@ const HEADER_ROWS: [&str; 18] = [
     "CAMERA_MOVE",   // and how far it moves
 ];
 
+/// The names of [`PackedScene::features`].
+pub const FEATURES: [&str; 19] = [
+    "HAS_LOBES",
+    "HAS_MOTION",
+    "HAS_INSTANCES",
+    "HAS_MESHES",
+    "HAS_LINKS",
+    "HAS_GAINS",
+    "HAS_OPACITY",
+    "HAS_NORMAL_MAPS",
+    "HAS_TEXTURES",
+    "HAS_SKY_IMAGES",
+    "HAS_LAMP_IMAGES",
+    "HAS_PROFILES",
+    "HAS_SHAPING",
+    "HAS_DOME",
+    "HAS_DISTANT",
+    "HAS_FLAT",
+    "HAS_POINT",
+    "HAS_SPHERE",
+    "HAS_CYLINDER",
+];
+
 /// Rows of the header with those of the layers.
 const HEADER: usize = HEADER_ROWS.len() + Layer::ALL.len().div_ceil(4);
 
@@ -187,16 +210,31 @@ impl World {
             ];
             packed.data.extend(rows);
         }
-        packed.features = vec![
-            ("HAS_LOBES", layout.has(Layer::Lobes)),
-            ("HAS_MOTION", geometry.moves),
-            ("HAS_INSTANCES", !geometry.instances.is_empty()),
-            ("HAS_LINKS", geometry.lights.is_linked()),
-            ("HAS_GAINS", geometry.lights.any_gains()),
-            ("HAS_OPACITY", geometry.surfaces.iter().any(|surface| surface.opacity != Opacity::FULL)),
-            ("HAS_NORMAL_MAPS", geometry.surfaces.iter().any(|surface| surface.normals.is_some())),
-        ];
         let textures = self.pack_textures(&mut packed);
+        let [dome, distant, flat, point, sphere, cylinder] = lights.kinds;
+        let [sky, lamp, profile] = lights.images;
+        let all = [
+            layout.has(Layer::Lobes),
+            geometry.moves,
+            !geometry.instances.is_empty(),
+            own.sets[2] > 0,
+            geometry.lights.is_linked(),
+            geometry.lights.any_gains(),
+            geometry.surfaces.iter().any(|surface| surface.opacity != Opacity::FULL),
+            geometry.surfaces.iter().any(|surface| surface.normals.is_some()),
+            !geometry.textures.is_empty(),
+            sky,
+            lamp,
+            profile,
+            lights.shaping,
+            dome,
+            distant,
+            flat,
+            point,
+            sphere,
+            cylinder,
+        ];
+        packed.features = FEATURES.into_iter().zip(all).collect();
         let axes = geometry.view.packed(settings);
         let [turn, way] = geometry.view.packed_motion();
         let [right, up] = geometry.view.camera().shift;
