@@ -193,19 +193,20 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
     Ok(())
 }
 
-/// The far field at every hit, on both devices. The false-alarm rate is 1 %.
+/// The far field from tables, at every hit and in multi-scale pictures, on both devices. The false-alarm rate is 1 %. In
+/// multi-scale pictures have the noise of the processor then: 0.0008 with 32 samples. That of the near field is 0.0011.
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device() else { return Ok(()) };
     let mut scores = Vec::new();
-    for name in ["raccoon", "hair-lock"] {
+    for (name, mode) in [("raccoon", Mode::Far), ("hair-lock", Mode::Far), ("hair-lock", Mode::MultiScale)] {
         let mut scene = built_in(name);
         // A fibre that varies would need a table for each of its values.
         scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
         scene.looks.iter_mut().for_each(|look| look.textured.clear());
         let world = World::with_model(scene, Bcsdf::new)?;
-        let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
+        let settings = Settings { mode, ..settings([48, 32]) };
         let layout = world.layout(&[Layer::Lobes, Layer::Albedo]);
         let film = || Film::new(settings.size, settings.area(), layout.clone());
         let (mut ours, mut expected) = (film(), film());
@@ -214,7 +215,7 @@ fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::err
         world.render(&settings, &mut expected, 0..128, &())?;
         let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
         let score = (a - b) / error_a.hypot(error_b);
-        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        println!("{name}, {mode:?}: GPU {a:.4}, processor {b:.4}, z = {score:.2}, noise {error_a:.5} {error_b:.5}");
         scores.push(score);
         for lobe in 0..6 {
             let [a, b] = [&ours, &expected].map(|f| (0..3).map(|c| mean(f, Layer::Lobes, 3 * lobe + c)).sum::<f64>());
