@@ -193,8 +193,8 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
     Ok(())
 }
 
-/// The far field from tables, at every hit and in multi-scale pictures, on both devices. The false-alarm rate is 1 %. In
-/// multi-scale pictures have the noise of the processor then: 0.0008 with 32 samples. That of the near field is 0.0011.
+/// The far field from tables, at every hit and in multi-scale pictures, on both devices. Multi-scale pictures then have
+/// the noise of the processor: 0.0008 with 32 samples. That of the near field is 0.0011. The false-alarm rate is 1 %.
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
