@@ -42,6 +42,8 @@ struct Before {
 /// The arrays when the shutter closes. They follow those when it opens, if anything moves.
 #[derive(Default)]
 struct Closed {
+    /// 1, or 2 if anything moves: when the shutter opens and when it closes.
+    states: usize,
     nodes: Vec<[u32; 4]>,
     chords: Vec<[u32; 4]>,
     triangles: Vec<[u32; 4]>,
@@ -51,7 +53,7 @@ struct Closed {
 impl Closed {
     /// Appends them. Returns how many rows after a row that of the closed shutter is, in each array.
     fn append(self, packed: &mut PackedScene) -> [u32; 4] {
-        let Closed { nodes, chords, triangles, points } = self;
+        let Closed { nodes, chords, triangles, points, .. } = self;
         let rows = [nodes.len(), chords.len(), triangles.len(), points.len()].map(|rows| rows as u32);
         packed.nodes.extend(nodes);
         packed.chords.extend(chords);
@@ -62,7 +64,8 @@ impl Closed {
 }
 
 pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, Lacking> {
-    let (mut before, mut closed) = (Before::default(), Closed::default());
+    let mut before = Before::default();
+    let mut closed = Closed { states: 1 + usize::from(geometry.moves), ..Closed::default() };
     let (mut sets, mut meshes) = (Vec::new(), Vec::new());
     let mut fibers = Fibers::default();
     let (mut set, mut waiting) = (0, 0);
@@ -88,13 +91,10 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             sets.push([before.points, basis, records[0], records[1]]);
             sets.push([starts, strands.len() as u32, geometry.strands_before[set], uv]);
             packed.points.extend(strands.points.iter().map(|p| p.to_array()));
-            closed.points.extend(
-                strands
-                    .points
-                    .iter()
-                    .enumerate()
-                    .map(|(i, p)| strands.moved.as_ref().map_or(*p, |moved| moved[i].extend(p.w)).to_array()),
-            );
+            if geometry.moves {
+                let at = |(i, p): (usize, &glam::Vec4)| strands.moved.as_ref().map_or(*p, |moved| moved[i].extend(p.w));
+                closed.points.extend(strands.points.iter().enumerate().map(|point| at(point).to_array()));
+            }
             before.points += strands.points.len() as u32;
             set += 1;
         }
@@ -147,7 +147,7 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
     let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());
     let root = pack_bvh(packed, &mut closed, bvh, 0);
     Ok(Places {
-        closed: if geometry.moves { closed.append(packed) } else { [0; 4] },
+        closed: closed.append(packed),
         roots: [own.curves, own.triangles, root, geometry.instances.len() as u32],
         sets: [set_count, sets, mesh_count, meshes],
         instances: [instances, leaves, 0, 0],
@@ -184,7 +184,7 @@ fn pack_bvh(packed: &mut PackedScene, closed: &mut Closed, bvh: &Bvh, leaves: u3
     let nodes = packed.nodes.len() as u32 / 14;
     let moved = |child: u32| if child & LEAF == 0 { child + nodes } else { child + leaves };
     for (bounds, children) in bvh.nodes() {
-        for (nodes, bounds) in [&mut packed.nodes, &mut closed.nodes].into_iter().zip(bounds) {
+        for (nodes, bounds) in [&mut packed.nodes, &mut closed.nodes].into_iter().zip(bounds).take(closed.states) {
             nodes.extend(bounds.iter().flatten().flat_map(|x| eight(*x)));
             nodes.extend(halves(children.map(moved)));
         }
@@ -195,7 +195,7 @@ fn pack_bvh(packed: &mut PackedScene, closed: &mut Closed, bvh: &Bvh, leaves: u3
 fn pack_curves(packed: &mut PackedScene, closed: &mut Closed, curves: &Curves, points: u32) -> u32 {
     let leaves = packed.chords.len() as u32 / 16;
     for (ends, margins, first) in curves.blocks() {
-        for (chords, ends) in [&mut packed.chords, &mut closed.chords].into_iter().zip(ends) {
+        for (chords, ends) in [&mut packed.chords, &mut closed.chords].into_iter().zip(ends).take(closed.states) {
             chords.extend(ends.iter().flatten().flat_map(|x| eight(*x)));
             chords.extend(halves(margins.to_array()));
             chords.extend(halves(first.map(|first| if first == NONE { NONE } else { first + points })));
@@ -207,7 +207,8 @@ fn pack_curves(packed: &mut PackedScene, closed: &mut Closed, curves: &Curves, p
 fn pack_triangles(packed: &mut PackedScene, closed: &mut Closed, triangles: &Triangles, before: u32) -> u32 {
     let leaves = packed.triangles.len() as u32 / 20;
     for (shapes, index) in triangles.blocks() {
-        for (rows, shape) in [&mut packed.triangles, &mut closed.triangles].into_iter().zip(shapes) {
+        for (rows, shape) in [&mut packed.triangles, &mut closed.triangles].into_iter().zip(shapes).take(closed.states)
+        {
             rows.extend(shape.iter().flatten().flat_map(|x| eight(*x)));
             rows.extend(halves(index.map(|index| if index == NONE { NONE } else { index + before })));
         }
