@@ -278,7 +278,7 @@ fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dy
     Ok(())
 }
 
-/// A tracer that several sessions use in turns.
+/// A tracer that several sessions share.
 #[derive(Clone, Debug)]
 struct Shared(Arc<Mutex<Tracer>>);
 

@@ -141,12 +141,15 @@ pub enum Lacking {
     DeepHierarchies,
 }
 
+// The number in the name of [`Lacking::DeepHierarchies`].
+const _: () = assert!(STACK == 192);
+
 impl Lacking {
-    /// All of it.
+    /// All features that are lacking.
     pub const ALL: [Lacking; 5] =
         [Lacking::Models, Lacking::RadianceCache, Lacking::FlatFibers, Lacking::Air, Lacking::DeepHierarchies];
 
-    /// What it is called in messages, and the option or the parameter that asks for it.
+    /// Its name in messages, and the option or the parameter that needs it.
     pub fn names(self) -> [&'static str; 2] {
         match self {
             Lacking::Models => ["a reflectance model other than vellus", "--model"],

@@ -28,7 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => SCENES.to_vec(),
     };
     println!(
-        "scene           rays plain, cached  variance      floor    known  mean of R, G, B     ±       fill  MB  gain ideal"
+        "scene           rays plain, cached  variance      floor    known  mean of R, G, B     ±       fill  MB  \
+         gain ideal"
     );
     for name in names {
         measure(name, [width, width * 2 / 3], fill, samples, reference)?;
