@@ -11,7 +11,7 @@
 //! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
 //! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise of
 //! the cache. `error` is the mean square error of the fur in the last frame, relative to its brightness, beside full
-//! paths with 16 times the samples. `fill` is the processor time of filling the cache of a frame after the first, and
+//! paths with 4 times the samples. `fill` is the processor time of filling the cache of a frame after the first, and
 //! `all` that of the whole frame, in seconds. `blocks` are squares of 8 × 8 pixels of the turn: the root mean square of their second difference over
 //! frames, divided by √6, in per cent of the picture's brightness. That is the noise of one block in one frame, with
 //! what the turn itself changes.
@@ -177,7 +177,7 @@ fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Res
         place(&mut world, 1.0)?;
         let settings = Settings { seed: 2, ..Settings::new(size) };
         let mut truth = Film::new(size, settings.area(), plain.last.layout().clone());
-        world.render(&settings, &mut truth, 0..16 * samples, &())?;
+        world.render(&settings, &mut truth, 0..4 * samples, &())?;
         let kinds = match fill {
             None => vec![("lod", Kind::Lod)],
             Some(fill) if what == "light" => vec![("own", Kind::Own(fill))],
