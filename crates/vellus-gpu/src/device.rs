@@ -170,6 +170,26 @@ impl Device {
         Err(DeviceError::TooMany { name: self.name.clone(), needed, limit: self.limit, most: self.buffers })
     }
 
+    /// Runs a compute shader in WGSL on `groups` workgroups, and returns `count` results. The buffers with the bytes
+    /// `inputs` have the first bindings of group 0, in their order, and that of the results has the next one.
+    ///
+    /// # Errors
+    /// [`DeviceError::Refused`] with the message of the compiler, [`DeviceError::TooSmall`] and [`DeviceError::Lost`].
+    pub fn compute<T: bytemuck::Pod>(
+        &self,
+        source: &str,
+        entry_point: &str,
+        inputs: &[&[u8]],
+        count: usize,
+        groups: u32,
+    ) -> Result<Vec<T>, DeviceError> {
+        let pipeline = self.compile(source, entry_point)?;
+        let mut buffers = inputs.iter().map(|input| self.upload(input)).collect::<Result<Vec<_>, _>>()?;
+        buffers.push(self.results((count * size_of::<T>()) as u64)?);
+        self.run(&pipeline, &buffers.iter().collect::<Vec<_>>(), groups);
+        buffers.last().map_or(Ok(Vec::new()), |results| self.download(results))
+    }
+
     /// Compiles an entry point of a shader in WGSL.
     ///
     /// # Errors

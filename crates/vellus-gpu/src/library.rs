@@ -1,18 +1,19 @@
 //! The text of the library, and its buffers.
 
 use std::fmt::Write;
-use vellus::packed::{self, FIBER_ROWS};
-use vellus::parts::{MAX_SIN2, MOST_TURN};
+use vellus::packed::{self, COATS, COLOR_LAYOUT, COLOR_ROWS, FIBER_LAYOUT, FIBER_ROWS};
+use vellus::parts::{ABSORPTIONS, EUMELANIN, MAX_SIN2, MOST_TURN, PHEOMELANIN, STATES, STEEP};
 use vellus::{Bcsdf, Tables};
 
 /// The files of the library, in the order in which they are joined.
-pub const SHADERS: [(&str, &str); 8] = [
+pub const SHADERS: [(&str, &str); 9] = [
     ("special.wgsl", include_str!("../shaders/special.wgsl")),
     ("lookup.wgsl", include_str!("../shaders/lookup.wgsl")),
     ("model.wgsl", include_str!("../shaders/model.wgsl")),
     ("path.wgsl", include_str!("../shaders/path.wgsl")),
     ("lobes.wgsl", include_str!("../shaders/lobes.wgsl")),
     ("medulla.wgsl", include_str!("../shaders/medulla.wgsl")),
+    ("color.wgsl", include_str!("../shaders/color.wgsl")),
     ("turn.wgsl", include_str!("../shaders/turn.wgsl")),
     ("draw.wgsl", include_str!("../shaders/draw.wgsl")),
 ];
@@ -65,13 +66,22 @@ pub fn shader_library() -> String {
         let _ = writeln!(text, "const VELLUS_{name} = {value};");
     };
     line("FIBER_ROWS", format!("{FIBER_ROWS}u"));
-    let mut start = 0;
-    for (name, rows, what) in packed::FIBER_LAYOUT {
-        line(name, format!("{start}u; // {rows}: {what}"));
-        start += rows;
+    for layout in [&FIBER_LAYOUT[..], &COLOR_LAYOUT] {
+        let mut start = 0;
+        for (name, rows, what) in layout {
+            line(name, format!("{start}u; // {rows}: {what}"));
+            start += rows;
+        }
+    }
+    for (name, count) in [("STATES", STATES), ("PATHS", ABSORPTIONS), ("COATS", COATS)] {
+        line(name, format!("{count}u"));
     }
     line("MOST_SIN2", format!("{MAX_SIN2:?}"));
     line("MOST_TURN", format!("{MOST_TURN:?}"));
+    line("STEEP", format!("vec2<f32>({:?}, {:?})", STEEP[0], STEEP[1]));
+    for (name, [r, g, b]) in [("EUMELANIN", EUMELANIN), ("PHEOMELANIN", PHEOMELANIN)] {
+        line(name, format!("vec3<f32>({r:?}, {g:?}, {b:?})"));
+    }
     for (name, count) in packed.counts {
         line(&name, format!("{count}u"));
     }
@@ -94,6 +104,13 @@ pub fn shader_tables() -> Vec<[f32; 4]> {
 /// another.
 pub fn shader_fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     packed::fiber(bcsdf)
+}
+
+/// What one fibre needs beside [`shader_fiber`] for other absorption at each hit, `vellus_hit_colored`, in rows of four
+/// numbers. It lies in the same buffer, and the shader gets its first row. It takes about a hundred times as long to
+/// make as [`Bcsdf::new`].
+pub fn shader_color(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; COLOR_ROWS] {
+    packed::color(bcsdf)
 }
 
 /// The far field of one fibre, in rows of four numbers: a table that `vellus_far_row` reads (Yan17 Sec. 5).

@@ -28,9 +28,9 @@ fn the_library_has_no_bindings_and_no_entry_points() {
 
 #[test]
 fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
-    let functions = ["vellus_hit", "vellus_eval", "vellus_sample", "vellus_energy"];
+    let functions = ["vellus_hit", "vellus_hit_colored", "vellus_eval", "vellus_sample", "vellus_energy"];
     let far = ["vellus_far_hit", "vellus_far_eval", "vellus_far_sample", "vellus_energy"];
-    for (field, functions) in [(Field::Near, functions), (Field::Far, far)] {
+    for (field, functions) in [(Field::Near, functions.as_slice()), (Field::Far, &far)] {
         for language in Language::ALL {
             let bytes = converted(language, field)?;
             println!("{field:?} {language:?}: {} bytes", bytes.len());
@@ -41,7 +41,7 @@ fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
             let text = String::from_utf8_lossy(&bytes);
             // GLSL calls every entry point `main`.
             let entry = if language == Language::Glsl { "main" } else { field.entry() };
-            for name in functions.into_iter().chain([entry]) {
+            for name in functions.iter().copied().chain([entry]) {
                 assert!(text.contains(&format!("{name}(")), "{field:?} {language:?} lacks {name}");
             }
         }
@@ -76,8 +76,11 @@ fn other_compilers_accept_the_files() -> Result<(), Box<dyn std::error::Error>> 
 fn kernel(include: &str, vector: &str, [head, main, answer]: [&str; 3], far: bool) -> String {
     let accessor =
         |name: &str| format!("{vector}4 {name}(uint row) {{ return {vector}4(0.0, 0.5, 0.5, float(row)); }}");
-    let (part, at, last) =
-        if far { ("far_", "0u, w", accessor("vellus_far_row")) } else { ("", "w, 0.5", String::new()) };
+    let (hit, part, last) = if far {
+        ("far_hit(hit, 0u, 0u, w);", "far_", accessor("vellus_far_row"))
+    } else {
+        ("hit_colored(hit, 0u, 66u, vellus_coat_pigment(66u, w), w, 0.5);", "", String::new())
+    };
     let (table, row) = (accessor("vellus_table"), accessor("vellus_row"));
     format!(
         "{head}
@@ -88,7 +91,7 @@ fn kernel(include: &str, vector: &str, [head, main, answer]: [&str; 3], far: boo
         {main} {{
             {vector}3 w = {vector}3(0.0, 0.6, 0.8);
             VellusHit hit;
-            vellus_{part}hit(hit, 0u, {at});
+            vellus_{hit}
             {vector}4 value = vellus_{part}eval(hit, w);
             VellusSample drawn = vellus_{part}sample(hit, value);
             value = value + {vector}4(drawn.weight, drawn.pdf) + {vector}4(vellus_energy(hit).rgb[0], 0.0);

@@ -1,6 +1,8 @@
 //! The integration tests of `vellus-gpu`, as one program.
 
 #[cfg(feature = "device")]
+mod color;
+#[cfg(feature = "device")]
 mod common;
 #[cfg(feature = "convert")]
 mod conversion;

@@ -9,7 +9,7 @@ use vellus_testing::sphere::ChiSquared;
 use vellus_testing::vectors::{Vector, Vectors};
 
 /// Fibres over the whole range of parameters, with both exits, and all presets.
-fn fibers(count: usize) -> Vec<Fiber> {
+pub fn fibers(count: usize) -> Vec<Fiber> {
     let mut random = Uniform(7);
     let mut fibers: Vec<Fiber> =
         Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
@@ -22,12 +22,12 @@ fn fibers(count: usize) -> Vec<Fiber> {
 }
 
 /// The largest difference relative to `scale`.
-fn difference(ours: &[f32], expected: &[f32], scale: f32) -> f32 {
+pub fn difference(ours: &[f32], expected: &[f32], scale: f32) -> f32 {
     ours.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / scale
 }
 
 /// The largest value of f·cos θᵢ, and the largest density, over directions where the fibre scatters most light.
-fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
+pub fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
     let mut peaks = [0.0f32; 2];
     let directions = (0..24).filter_map(|_| hit.sample(random.numbers()).map(|sample| sample.wi));
     for wi in directions.chain([wi]) {

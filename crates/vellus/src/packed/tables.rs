@@ -1,5 +1,7 @@
 //! The tables of the medulla.
 
+use crate::coat::{LEAST, STEP};
+use crate::exit::entries;
 use crate::medulla::cone::{Cones, Half};
 use crate::medulla::grid;
 use crate::medulla::grid::SHIFTS;
@@ -44,6 +46,11 @@ pub fn tables(tables: &Tables) -> PackedTables {
     packed.count("MEAN_PATH_G_NODES", n_g);
     packed.count("MEAN_PATH_H_NODES", n_h);
     packed.count("CONE_SHIFTS", SHIFTS);
+    let (states, nodes) = entries();
+    packed.numbers("EXIT_STATES", states.into_iter().flatten());
+    packed.weights("EXIT_NODES", &[nodes]);
+    packed.constant("COAT_LEAST", f64::from(LEAST));
+    packed.constant("COAT_STEP", f64::from(STEP));
     packed.constant("TAU_SCALE", grid::TAU_SCALE);
     packed.constant("TAU_GROWTH_INVERSE", 1.0 / grid::TAU_GROWTH);
     packed.constant("THETA_MAX_INVERSE", 1.0 / grid::THETA_MAX);
