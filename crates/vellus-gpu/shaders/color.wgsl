@@ -1,11 +1,5 @@
 // Other absorption at each hit. `colors` is the first row of the fibre's colour record in the buffer of the records.
 
-// Absorption of the cortex and of the medulla, RGB, per fibre radius, in [0, 1000]. It is that of the dry fibre.
-struct VellusPigment {
-    cortex: vec3<f32>,
-    medulla: vec3<f32>,
-}
-
 // The pigment with this absorption of the cortex. The medulla gets the fibre's share of it.
 fn vellus_pigment(colors: u32, cortex: vec3<f32>) -> VellusPigment {
     let share = vellus_coat(colors, VELLUS_COATS + 1u);
@@ -53,7 +47,8 @@ fn vellus_coat_absorption(colors: u32, color: f32) -> f32 {
     return VELLUS_COAT_LEAST * select(vellus_exp(exponent), t, above == 1u);
 }
 
-// Prepares a hit as vellus_hit does, but with this absorption and not that of the record.
+// Prepares a hit as vellus_hit does, but with this absorption and not that of the record. Of wet fibres it is that of
+// the dry fibre.
 fn vellus_hit_colored(
     hit: ptr<function, VellusHit>, fiber: u32, colors: u32, pigment: VellusPigment, wo: vec3<f32>, offset: f32
 ) {

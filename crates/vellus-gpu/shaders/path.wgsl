@@ -30,19 +30,6 @@ struct VellusExits {
     first: vec3<f32>,
 }
 
-// Two numbers with the ratio F : (1 - F), without divisions.
-fn vellus_fresnel_parts(eta: f32, layers: f32, cosine: f32, cos_t: f32) -> vec2<f32> {
-    let a = cosine;
-    let b = eta * cos_t;
-    let c = eta * cosine;
-    let d = cos_t;
-    let s = a * a + b * b;
-    let p = c * c + d * d;
-    let reflected = (a - b) * (a - b) * p + (c - d) * (c - d) * s;
-    let through = a * b * p + c * d * s;
-    return vec2<f32>(0.5 * layers * reflected, max(through, 1e-30));
-}
-
 fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
     let optics = vellus_fiber(fiber, VELLUS_OPTICS);
     let eta = optics.x;
@@ -53,7 +40,7 @@ fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
     let cos_gamma_o = sqrt(cos2_gamma_o);
     let cos_t = sqrt(max((1.0 - sin_t) * (1.0 + sin_t), 1e-12));
     let cos_refracted = sqrt(max(1.0 - (1.0 - cos2 * cos2_gamma_o) / (eta * eta), 0.0));
-    let parts = vellus_fresnel_parts(eta, optics.w, cos_o * cos_gamma_o, cos_refracted);
+    let fresnel = vellus_fresnel(eta, optics.w, vec4<f32>(cos_o * cos_gamma_o), vec4<f32>(cos_refracted));
     // 1/eta' without cancellation for eta near 1 and for grazing light.
     let h_inside = h * (cos_o / sqrt(max((eta - 1.0) * (eta + 1.0) + cos2, 1e-20)));
     let offset = abs(h_inside);
@@ -69,7 +56,7 @@ fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
     path.s_c = max(cos_gamma_t - s_m, 0.0);
     path.s_m = s_m;
     path.elongation = 1.0 / cos_t;
-    path.fresnel = parts / (parts.x + parts.y);
+    path.fresnel = vec2<f32>(fresnel.reflected.x, fresnel.transmitted.x);
     path.sin2_t = sin_t * sin_t;
     return path;
 }

@@ -57,8 +57,8 @@ pub use convert::{ConvertError, Language, converted, glsl_include, hlsl_include}
 #[cfg(feature = "device")]
 pub use device::{Device, DeviceError};
 pub use library::{
-    FAR_FIELD, FAR_QUERIES, Field, QUERIES, SHADERS, shader_color, shader_far_table, shader_fiber, shader_library,
-    shader_tables,
+    FAR_FIELD, FAR_QUERIES, Field, QUERIES, SHADERS, reduced_library, shader_color, shader_far_table, shader_fiber,
+    shader_library, shader_tables, shader_tables_half,
 };
 #[cfg(feature = "device")]
 pub use queries::{Answer, Queries, Query};

@@ -6,7 +6,7 @@ use vellus::parts::{ABSORPTIONS, EUMELANIN, MAX_SIN2, MOST_TURN, PHEOMELANIN, ST
 use vellus::{Bcsdf, Tables};
 
 /// The files of the library, in the order in which they are joined.
-pub const SHADERS: [(&str, &str); 9] = [
+pub const SHADERS: [(&str, &str); 10] = [
     ("special.wgsl", include_str!("../shaders/special.wgsl")),
     ("lookup.wgsl", include_str!("../shaders/lookup.wgsl")),
     ("model.wgsl", include_str!("../shaders/model.wgsl")),
@@ -16,11 +16,19 @@ pub const SHADERS: [(&str, &str); 9] = [
     ("color.wgsl", include_str!("../shaders/color.wgsl")),
     ("turn.wgsl", include_str!("../shaders/turn.wgsl")),
     ("draw.wgsl", include_str!("../shaders/draw.wgsl")),
+    ("reduced.wgsl", include_str!("../shaders/reduced.wgsl")),
 ];
 
 /// The part of the library for the far field. Append it to [`shader_library`] where it is used: it needs one more
 /// function, `vellus_far_row`.
 pub const FAR_FIELD: &str = include_str!("../shaders/far.wgsl");
+
+/// The reduced model for real time by itself: a text in WGSL without bindings and entry points, which needs no tables,
+/// no records and no functions. [`shader_library`] contains it.
+pub fn reduced_library() -> String {
+    let [(_, special), .., (_, reduced)] = SHADERS;
+    format!("// The Vellus model of hair and fur, reduced. Licence: MIT or Apache-2.0.\n\n{special}\n{reduced}")
+}
 
 /// A shader of a compute pass that uses the library: one query per thread. It shows the bindings.
 pub const QUERIES: &str = include_str!("../shaders/queries.wgsl");
@@ -98,6 +106,12 @@ pub fn shader_library() -> String {
 /// The tables, in rows of four numbers: the contents of the buffer that `vellus_table` reads. 2.0 MB.
 pub fn shader_tables() -> Vec<[f32; 4]> {
     packed::tables(Tables::shipped()).rows
+}
+
+/// [`shader_tables`] in half precision (IEEE 754 binary16): 1.0 MB. A shader reads a row as two words, with
+/// `unpack2x16float`.
+pub fn shader_tables_half() -> Vec<[u16; 4]> {
+    packed::tables(Tables::shipped()).half_precision()
 }
 
 /// One fibre, in rows of four numbers. The buffer that `vellus_row` reads holds these for each fibre, one after

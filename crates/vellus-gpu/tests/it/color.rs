@@ -1,9 +1,8 @@
 //! Other absorption at each hit, against the Rust model of a fibre with this absorption. Mesa's lavapipe is enough.
 
 use crate::common::device;
-use crate::near_field::{difference, fibers, peaks};
+use crate::near_field::{differences, fibers};
 use bytemuck::cast_slice;
-use vellus::glam::Vec3;
 use vellus::packed::{COLOR_ROWS, FIBER_ROWS};
 use vellus::{Bcsdf, CoatColors, Color, Fiber, Window};
 use vellus_gpu::{Answer, QUERIES, Query, shader_color, shader_fiber, shader_library, shader_tables};
@@ -68,24 +67,7 @@ fn a_colored_hit_is_that_of_the_fibre_with_this_absorption() -> Result<(), Box<d
     let inputs = [cast_slice(&tables), cast_slice(&records), cast_slice(&queries), cast_slice(&pigments)];
     let groups = queries.len().div_ceil(64) as u32;
     let answers: Vec<Answer> = device.compute(&shader(models.len()), "run_queries", &inputs, queries.len(), groups)?;
-    let mut worst = [0.0f32; 4];
-    for ((query, answer), model) in queries.iter().zip(&answers).zip(&colored) {
-        let (wo, wi) = (Vec3::from(query.wo), Vec3::from(query.wi));
-        let hit = model.at(wo, Window::near(query.h));
-        let (lobes, pdf) = hit.eval_pdf(wi);
-        let [peak, densest] = peaks(&hit, wi, &mut random);
-        let flat = |rows: &[[f32; 4]; 6]| rows.iter().flat_map(|row| [row[0], row[1], row[2]]).collect::<Vec<f32>>();
-        let errors = [
-            difference(&answer.value, &lobes.total(), peak),
-            difference(&flat(&answer.lobes), lobes.0.as_flattened(), peak),
-            difference(&[answer.pdf], &[pdf], densest),
-            difference(&flat(&answer.energy), hit.energy().0.as_flattened(), 1.0),
-        ];
-        worst.iter_mut().zip(errors).for_each(|(worst, error)| *worst = worst.max(error));
-        assert!(answer.weight.iter().all(|w| (0.0..=1.0 + 1e-5).contains(w)), "{query:?} {answer:?}");
-    }
-    let [value, lobes, density, energy] = worst;
-    println!("of the peak: value {value:.1e}, lobes {lobes:.1e}, density {density:.1e}; energy {energy:.1e}");
+    let (worst, _) = differences(&queries, &answers, |k| &colored[k]);
     // As for the hits of a record.
     assert!(worst.iter().all(|error| *error < 2e-4), "{worst:?}");
     Ok(())

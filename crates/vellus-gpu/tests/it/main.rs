@@ -14,5 +14,7 @@ mod lost;
 mod near_field;
 #[cfg(feature = "convert")]
 mod ports;
+#[cfg(feature = "device")]
+mod reduced;
 #[cfg(feature = "trace")]
 mod trace;
