@@ -147,7 +147,8 @@ fn vellus_reduced_hit(hit: ptr<function, VellusReduced>, fur: VellusFur, wo: vec
         let offset2 = vec3<f32>(0.04, 0.3, 0.75)[k];
         let outside2 = one - fur.eta * fur.eta * (one - VELLUS_COS2 * (1.0 - kappa2 * offset2));
         let reflected = vellus_reflected4(fur.eta, fur.layers, sqrt(max(outside2, zero)));
-        through += select(zero, (one - reflected) * (1.0 / 3.0), outside2 > zero);
+        // Beyond the critical angle all light is reflected.
+        through += step(vec4<f32>(1e-9), outside2) * (one - reflected) * (1.0 / 3.0);
     }
     let half_chord = 0.25 * VELLUS_PI;
     let cortex_path = max(sqrt(1.0 - kappa2 / 3.0) - fur.kappa * half_chord, 0.0) * VELLUS_ELONGATION;

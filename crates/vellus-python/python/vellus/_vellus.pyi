@@ -175,6 +175,12 @@ class Fiber:
 
         Returns float32 of shape (rows, 4). All fibres have the same number of rows.
         """
+    def shader_color(self) -> NDArray[np.float32]:
+        """What the fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the buffer
+        of the records, whose first one the shader gets.
+
+        Returns float32 of shape (rows, 4). All fibres have the same number of rows.
+        """
     def shader_far_table(self) -> NDArray[np.float32]:
         """The far field of the fibre in shaders: a table that `vellus_far_row` reads.
 
