@@ -50,8 +50,8 @@ pub unsafe extern "C" fn vellus_shader_fiber(
     guard(|| unsafe { copy(&packed::fiber(round(fiber)?), rows, capacity, count) })
 }
 
-/// What a fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the buffer of the
-/// records, whose first one the shader gets. Arguments as for vellus_shader_tables().
+/// What a fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the buffer of
+/// the records, whose first one the shader gets. Arguments as for vellus_shader_tables().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vellus_shader_color(
     fiber: *const VellusFiber,

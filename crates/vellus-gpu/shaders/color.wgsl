@@ -25,7 +25,7 @@ fn vellus_coat(colors: u32, index: u32) -> f32 {
     return vellus_row(colors + VELLUS_COLOR_COATS + index / 4u)[index % 4u];
 }
 
-// The absorption of the cortex in one channel.
+// The absorption of the cortex for the colour of one channel.
 fn vellus_coat_absorption(colors: u32, color: f32) -> f32 {
     // The number of nodes that have at least this colour.
     var above = 0u;
@@ -104,7 +104,8 @@ fn vellus_ln_kept(low: vec4<f32>, high: vec4<f32>, t: f32, a: f32, next: f32, st
     var path = low + (high - low) * t;
     if steep {
         // The inverse is linear in a dense medulla.
-        let share = clamp((VELLUS_STEEP.x - high / low) / (VELLUS_STEEP.x - VELLUS_STEEP.y), vec4<f32>(0.0), vec4<f32>(1.0));
+        let ends = VELLUS_STEEP;
+        let share = clamp((ends.x - high / low) / (ends.x - ends.y), vec4<f32>(0.0), vec4<f32>(1.0));
         let inverse = 1.0 / low + (1.0 / high - 1.0 / low) * t;
         path = 1.0 / (1.0 / path + (inverse - 1.0 / path) * share);
     }

@@ -87,6 +87,66 @@ fn vellus_exit_azimuths(azimuth: array<vec4<f32>, 2>, variance: f32, width: vec4
     return exits;
 }
 
+// What the channels share: the paths at the four offsets, and the states of diffuse light.
+struct VellusReducedPath {
+    kappa: f32,
+    g: f32,
+    elongation: f32,
+    // Half of the path in the cortex and in the medulla, in the normal plane, and the exponent of what is unscattered.
+    s_c: vec4<f32>,
+    s_m: vec4<f32>,
+    unscattered: vec4<f32>,
+    // The reflected fraction.
+    f: vec4<f32>,
+    // The transmittance of the cuticle, the paths through cortex and medulla, and the share that the medulla passes.
+    through: vec4<f32>,
+    cortex: vec4<f32>,
+    chord: vec4<f32>,
+    passes: vec4<f32>,
+}
+
+// The energies of one channel: of TT and TRT at the four offsets, of the rest lobe, of scattered light, and of all.
+struct VellusReducedChannel {
+    tt: vec4<f32>,
+    trt: vec4<f32>,
+    rest: f32,
+    scattered: f32,
+    energy: f32,
+}
+
+// The energies for an absorption of cortex and medulla.
+fn vellus_reduced_channel(path: VellusReducedPath, sigma_ca: f32, sigma_ma: f32) -> VellusReducedChannel {
+    let one = vec4<f32>(1.0);
+    let a = sigma_ma * path.kappa;
+    // The share of diffuse light that leaves in the end.
+    let cortex = vellus_exp4(-sigma_ca * path.cortex);
+    let kept = 1.0 / (1.0 + 1.6 * a);
+    let returns = (one - path.through) * cortex * cortex;
+    let lost = path.through + (one - path.through) * (one - cortex * cortex);
+    let absorbed = path.passes * (one - vellus_exp4(-a * path.chord));
+    let again = one - path.passes;
+    let inverse = one / max(lost + returns * (again + absorbed), vec4<f32>(1e-12));
+    let leaves = path.through * cortex * inverse;
+    let denominator = dot(again, inverse * (lost + returns * (absorbed + again * (1.0 - kept))));
+    let x = dot(again, leaves) / max(denominator, 1e-20);
+    let escapes = 0.25 * dot(leaves + returns * again * inverse * (kept * x), one);
+    // The lobes at the four offsets.
+    let f = path.f;
+    let t = one - f;
+    let lengths = path.s_c * sigma_ca + path.s_m * sigma_ma;
+    let crossed = vellus_exp4(-2.0 * path.elongation * lengths + path.unscattered);
+    let reflected = f * crossed;
+    let tt = t * t * crossed;
+    let trt = tt * reflected;
+    let series = reflected * reflected * t / max(t + f * (one - crossed), vec4<f32>(1e-6));
+    let weakened = one + a * path.elongation * (5.37 - 0.59 * path.g - 3.61 * path.s_m / max(path.kappa, 1e-6));
+    let q = one - vellus_exp4(path.unscattered);
+    let escape = vellus_exp4(-path.elongation * sigma_ca * path.s_c) * (q * escapes / weakened);
+    let scattered = dot(VELLUS_H_WEIGHTS, escape * (t * (one + reflected) + series));
+    let rest = dot(VELLUS_H_WEIGHTS, t * crossed * series);
+    return VellusReducedChannel(tt, trt, rest, scattered, dot(VELLUS_H_WEIGHTS, f + tt + trt) + rest + scattered);
+}
+
 // Prepares a hit: everything that depends on the fibre and wo, a unit vector in the frame of the fibre.
 fn vellus_reduced_hit(hit: ptr<function, VellusReduced>, fur: VellusFur, wo: vec3<f32>) {
     let zero = vec4<f32>(0.0);
@@ -114,11 +174,9 @@ fn vellus_reduced_hit(hit: ptr<function, VellusReduced>, fur: VellusFur, wo: vec
     let cos_h = sqrt(one - h * h);
     let cos_inside = sqrt(one - inside * inside);
     let f = vellus_reflected4(fur.eta, fur.layers, cos_o * cos_h);
-    let t = one - f;
     let s_m = sqrt(max(fur.kappa * fur.kappa - inside * inside, zero));
     let s_c = max(cos_inside - s_m, zero);
     let unscattered = -2.0 * elongation * fur.sigma_ms * s_m;
-    let q = one - vellus_exp4(unscattered);
 
     // The exit azimuths pi + 2 d and 2 (d + gamma_t), d = gamma_t - gamma_o, as complex numbers.
     let d = array<vec4<f32>, 2>(cos_inside * cos_h + inside * h, inside * cos_h - cos_inside * h);
@@ -156,41 +214,21 @@ fn vellus_reduced_hit(hit: ptr<function, VellusReduced>, fur: VellusFur, wo: vec
     let tau = fur.sigma_ms * fur.kappa;
     let passes = vellus_exp4(-tau * pow(1.0 - fur.g, 0.7) * chord);
 
-    for (var c = 0u; c < 3u; c++) {
-        let sigma_ca = fur.pigment.cortex[c];
-        let a = fur.pigment.medulla[c] * fur.kappa;
-        // The share of diffuse light that leaves in the end.
-        let cortex = vellus_exp4(-sigma_ca * cortex_path);
-        let kept = 1.0 / (1.0 + 1.6 * a);
-        let returns = (one - through) * cortex * cortex;
-        let lost = through + (one - through) * (one - cortex * cortex);
-        let absorbed = passes * (one - vellus_exp4(-a * chord));
-        let again_share = one - passes;
-        let inverse = one / max(lost + returns * (again_share + absorbed), vec4<f32>(1e-12));
-        let leaves = through * cortex * inverse;
-        let denominator = dot(again_share, inverse * (lost + returns * (absorbed + again_share * (1.0 - kept))));
-        let x = dot(again_share, leaves) / max(denominator, 1e-20);
-        let escapes = 0.25 * dot(leaves + returns * again_share * inverse * (kept * x), one);
-        // The lobes at the four offsets.
-        let crossed = vellus_exp4(
-            -2.0 * elongation * (s_c * sigma_ca + s_m * fur.pigment.medulla[c]) + unscattered
-        );
-        let again = f * crossed;
-        let tt = t * t * crossed;
-        let series = again * again * t / max(t + f * (one - crossed), vec4<f32>(1e-6));
-        (*hit).tt.light[c] = tt * norm_tt;
-        (*hit).trt.light[c] = tt * again * norm_trt;
-        let first = one + a * elongation * (5.37 - 0.59 * fur.g - 3.61 * s_m / max(fur.kappa, 1e-6));
-        let escape = vellus_exp4(-elongation * sigma_ca * s_c) * (q * escapes / first);
-        let scattered = dot(VELLUS_H_WEIGHTS, escape * (t * (one + again) + series));
-        let rest = dot(VELLUS_H_WEIGHTS, t * crossed * series);
-        (*hit).energy[c] = dot(VELLUS_H_WEIGHTS, f + tt * (one + again)) + rest + scattered;
-        (*hit).rest[c] = rest / VELLUS_TAU;
-        (*hit).scattered[c] = scattered;
-    }
+    let path = VellusReducedPath(
+        fur.kappa, fur.g, elongation, s_c, s_m, unscattered, f, through, cortex_path, chord, passes
+    );
+    // Without a loop, so that nothing is indexed.
+    let red = vellus_reduced_channel(path, fur.pigment.cortex.x, fur.pigment.medulla.x);
+    let green = vellus_reduced_channel(path, fur.pigment.cortex.y, fur.pigment.medulla.y);
+    let blue = vellus_reduced_channel(path, fur.pigment.cortex.z, fur.pigment.medulla.z);
+    (*hit).tt.light = array<vec4<f32>, 3>(red.tt * norm_tt, green.tt * norm_tt, blue.tt * norm_tt);
+    (*hit).trt.light = array<vec4<f32>, 3>(red.trt * norm_trt, green.trt * norm_trt, blue.trt * norm_trt);
+    (*hit).rest = vec3<f32>(red.rest, green.rest, blue.rest) / VELLUS_TAU;
+    (*hit).scattered = vec3<f32>(red.scattered, green.scattered, blue.scattered);
+    (*hit).energy = vec3<f32>(red.energy, green.energy, blue.energy);
 
-    // Scattered light: the phase function of Henyey and Greenstein around -wo, times the cosine of theta_i. Its integral
-    // is a series of Legendre polynomials.
+    // Scattered light: the phase function of Henyey and Greenstein around -wo, times the cosine of theta_i. Its
+    // integral is a series of Legendre polynomials.
     let isotropic = tau * (1.0 - fur.g);
     let g = 0.68 * fur.g * exp(-1.3 * isotropic) - 0.55 * isotropic / (isotropic + 15.0);
     let square = sin_o * sin_o;

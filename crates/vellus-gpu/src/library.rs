@@ -103,12 +103,12 @@ pub fn shader_library() -> String {
     text
 }
 
-/// The tables, in rows of four numbers: the contents of the buffer that `vellus_table` reads. 2.0 MB.
+/// The tables, in rows of four numbers: the contents of the buffer that `vellus_table` reads. 1.8 MB.
 pub fn shader_tables() -> Vec<[f32; 4]> {
     packed::tables(Tables::shipped()).rows
 }
 
-/// [`shader_tables`] in half precision (IEEE 754 binary16): 1.0 MB. A shader reads a row as two words, with
+/// [`shader_tables`] in half precision (IEEE 754 binary16): 0.9 MB. A shader reads a row as two words, with
 /// `unpack2x16float`.
 pub fn shader_tables_half() -> Vec<[u16; 4]> {
     packed::tables(Tables::shipped()).half_precision()
