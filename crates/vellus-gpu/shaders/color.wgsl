@@ -61,7 +61,7 @@ fn vellus_hit_colored(
     if vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0 {
         let parts = vellus_row(colors + VELLUS_COLOR_GAIN);
         let absorbed = dot(min(medulla * kappa, vec3<f32>(2.0)), vec3<f32>(1.0 / 3.0));
-        gain = vellus_exp(absorbed * (parts.x + parts.y * absorbed) / (1.0 + parts.z * absorbed));
+        gain = vellus_exp(absorbed * (parts.x + parts.y * absorbed) / (1.0 + parts.z * absorbed * parts.w));
     }
     let path = vellus_begin_path(hit, fiber, wo, offset, gain);
     var exits = VellusExits();

@@ -114,8 +114,9 @@ pub(crate) struct Gain {
     /// How much longer the paths of the forward half are, without absorption, and per absorption.
     pub constant: f32,
     pub slope: f32,
-    /// How the difference shrinks with absorption.
+    /// How the difference shrinks with absorption, and the optical radius of isotropic scattering.
     pub shrinks: f32,
+    pub isotropic: f32,
 }
 
 impl Gain {
@@ -123,13 +124,13 @@ impl Gain {
         let tau = fiber.sigma_ms * fiber.kappa;
         let isotropic = tau * (1.0 - fiber.g);
         let constant = 0.61 + 4.49 * isotropic / (isotropic + 7.06) - 1.46 * fiber.g;
-        Gain { constant, slope: 0.263, shrinks: 0.608 * isotropic }
+        Gain { constant, slope: 0.263, shrinks: 0.608, isotropic }
     }
 
     fn at(&self, fiber: &Fiber) -> f32 {
         let [r, g, b] = fiber.sigma_ma.map(|sigma| (sigma * fiber.kappa).min(2.0));
         let a = (r + g + b) * (1.0 / 3.0);
-        (a * (self.constant + self.slope * a) / (1.0 + self.shrinks * a)).exp()
+        (a * (self.constant + self.slope * a) / (1.0 + self.shrinks * a * self.isotropic)).exp()
     }
 }
 

@@ -11,7 +11,7 @@ use wide::f32x8;
 
 /// The parts of a colour record: the name, the number of rows, and what they are.
 pub const COLOR_LAYOUT: [(&str, usize, &str); 5] = [
-    ("COLOR_GAIN", 1, "of the backward half: constant, slope, and how it shrinks"),
+    ("COLOR_GAIN", 1, "of the backward half: constant, slope, how it shrinks, isotropic optical radius"),
     ("COLOR_STATES", STATES, "transmittance, path in the cortex, scattered share, excess"),
     ("COLOR_FIRST", 2 * STATES, "probability of each state at the nodes of the entry"),
     ("COLOR_PATHS", 2 * ABSORPTIONS, "effective paths in the medulla at the nodes of the entry"),
@@ -34,8 +34,8 @@ pub fn color(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; COLOR_ROWS] {
     let prepared = bcsdf.prepared();
     let fiber = &prepared.in_air;
     let mut record = Record::new(&COLOR_LAYOUT);
-    let Gain { constant, slope, shrinks } = Gain::new(fiber);
-    record.put("COLOR_GAIN", &[[constant, slope, shrinks, 0.0]]);
+    let Gain { constant, slope, shrinks, isotropic } = Gain::new(fiber);
+    record.put("COLOR_GAIN", &[[constant, slope, shrinks, isotropic]]);
     let (mut states, mut rows) = ([[0.0; 4]; STATES], [f32x8::ZERO; ROWS]);
     if prepared.reflection.is_some() {
         let chain = Chain::new(fiber, ExitTable::shipped());
