@@ -104,8 +104,8 @@ impl Cone {
     }
 }
 
-/// D21: what [`Cone::backward_gain`] of all absorptions needs. Light that goes on has longer paths than light that turns back, unless scattering is
-/// strongly forward. C^M is that of a medulla without absorption.
+/// D21: what [`Cone::backward_gain`] needs beside the absorption. Light that goes on has longer paths than light that
+/// turns back, unless scattering is strongly forward. C^M is that of a medulla without absorption.
 ///
 /// Its logarithm is a fit to photons in medullas with τ from 0.25 to 50, g up to 0.8 and σ_ma κ up to 1.5: the share of
 /// the forward half is then right. At σ_ma κ = 0.2 the error is 0.05 where the logarithm itself is 0.19, and at 0.8 it
