@@ -5,7 +5,6 @@
 
 use bytemuck::cast_slice;
 use std::time::Instant;
-use vellus::packed::FIBER_ROWS;
 use vellus::{Bcsdf, Fiber, Species};
 use vellus_gpu::{Answer, Device, Field, Queries, Query, shader_color, shader_fiber, shader_tables};
 use vellus_testing::Uniform;
@@ -17,8 +16,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Seconds of queries with a colour of their own. Their shader is compiled before.
 fn colored(device: &Device, fiber: &Bcsdf<'_>, queries: &[Query]) -> Result<f64, Box<dyn std::error::Error>> {
-    let pigment = format!("{FIBER_ROWS}u, vellus_coat_pigment({FIBER_ROWS}u, query.u.xyz)");
-    let hit = format!("vellus_hit_colored(&hit, query.fiber, {pigment},");
+    let pigment = "vellus_coat_pigment(VELLUS_FIBER_ROWS, query.u.xyz)";
+    let hit = format!("vellus_hit_colored(&hit, query.fiber, VELLUS_FIBER_ROWS, {pigment},");
     let shader = Field::Near.shader().replace("vellus_hit(&hit, query.fiber,", &hit);
     let (tables, mut records) = (shader_tables(), shader_fiber(fiber).to_vec());
     records.extend(shader_color(fiber));

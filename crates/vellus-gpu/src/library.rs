@@ -74,6 +74,7 @@ pub fn shader_library() -> String {
         let _ = writeln!(text, "const VELLUS_{name} = {value};");
     };
     line("FIBER_ROWS", format!("{FIBER_ROWS}u"));
+    line("COLOR_ROWS", format!("{COLOR_ROWS}u"));
     for layout in [&FIBER_LAYOUT[..], &COLOR_LAYOUT] {
         let mut start = 0;
         for (name, rows, what) in layout {

@@ -3,7 +3,6 @@
 use crate::common::device;
 use crate::near_field::{differences, fibers};
 use bytemuck::cast_slice;
-use vellus::packed::{COLOR_ROWS, FIBER_ROWS};
 use vellus::{Bcsdf, CoatColors, Color, Fiber, Window};
 use vellus_gpu::{Answer, QUERIES, Query, shader_color, shader_fiber, shader_library, shader_tables};
 use vellus_testing::Uniform;
@@ -15,7 +14,7 @@ fn records(models: &[Bcsdf<'_>]) -> Vec<[f32; 4]> {
 
 /// The first row of the colour record of fibre `k`, in WGSL.
 fn first(fibers: usize, k: &str) -> String {
-    format!("{}u + {COLOR_ROWS}u * {k}", fibers * FIBER_ROWS)
+    format!("{fibers}u * VELLUS_FIBER_ROWS + VELLUS_COLOR_ROWS * {k}")
 }
 
 /// The compute shader of the queries, but each has a pigment of its own.
