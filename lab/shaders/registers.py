@@ -129,7 +129,8 @@ def main():
     if given.entry:
         amd(given.folder, given.entry, given.family)
     if given.tracer:
-        print(f"{given.tracer}: {given.family}: {count(given.tracer, 'trace_samples', given.family)}")
+        for entry in re.findall(r"@workgroup_size\(64\)\nfn (\w+)", given.tracer.read_text()):
+            print(f"{given.tracer}: {entry}: {given.family}: {count(given.tracer, entry, given.family)}", flush=True)
         return
     for name, text, entry in kernels(given.folder):
         with tempfile.TemporaryDirectory() as folder:

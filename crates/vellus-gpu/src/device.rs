@@ -183,33 +183,62 @@ impl Device {
         count: usize,
         groups: u32,
     ) -> Result<Vec<T>, DeviceError> {
-        let pipeline = self.compile(source, entry_point)?;
+        let mut writes = vec![false; inputs.len()];
+        writes.push(true);
+        let [pipeline] = self.compile(source, [entry_point], &writes)?;
         let mut buffers = inputs.iter().map(|input| self.upload(input)).collect::<Result<Vec<_>, _>>()?;
         buffers.push(self.results((count * size_of::<T>()) as u64)?);
-        self.run(&pipeline, &buffers.iter().collect::<Vec<_>>(), groups);
+        self.run(&[(&pipeline, groups)], &buffers.iter().collect::<Vec<_>>());
         buffers.last().map_or(Ok(Vec::new()), |results| self.download(results))
     }
 
-    /// Compiles an entry point of a shader in WGSL.
+    /// Compiles entry points of a shader in WGSL with storage buffers. `writes` says whether it writes to a buffer, in the
+    /// order of their bindings.
     ///
     /// # Errors
     /// [`DeviceError::Refused`] with the message of the compiler.
-    pub(crate) fn compile(&self, source: &str, entry_point: &str) -> Result<wgpu::ComputePipeline, DeviceError> {
+    pub(crate) fn compile<const N: usize>(
+        &self,
+        source: &str,
+        entry_points: [&str; N],
+        writes: &[bool],
+    ) -> Result<[wgpu::ComputePipeline; N], DeviceError> {
+        let entries: Vec<_> = (0..)
+            .zip(writes)
+            .map(|(binding, &writes)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: !writes },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            })
+            .collect();
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(source.into()),
         });
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry_point),
-            layout: None,
-            module: &module,
-            entry_point: Some(entry_point),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
+        let group =
+            self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            bind_group_layouts: &[Some(&group)],
+            ..Default::default()
+        });
+        let pipelines = entry_points.map(|entry_point| {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
         });
         match pollster::block_on(scope.pop()) {
-            None => Ok(pipeline),
+            None => Ok(pipelines),
             Some(error) => Err(DeviceError::Refused { name: self.name.clone(), reason: error.to_string() }),
         }
     }
@@ -249,13 +278,15 @@ impl Device {
         self.failure.get().map_or(Ok(()), |what| Err(DeviceError::Lost(what)))
     }
 
-    /// Runs a pipeline with these buffers, in the order of their bindings, on `groups` workgroups.
-    pub(crate) fn run(&self, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer], groups: u32) {
+    /// Runs pipelines of one layout after each other, each on a number of workgroups. They have the same buffers, in the
+    /// order of their bindings.
+    pub(crate) fn run(&self, steps: &[(&wgpu::ComputePipeline, u32)], buffers: &[&wgpu::Buffer]) {
+        let Some((first, _)) = steps.first() else { return };
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let layout = pipeline.get_bind_group_layout(0);
+        let layout = first.get_bind_group_layout(0);
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &layout,
@@ -264,9 +295,11 @@ impl Device {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(groups, 1, 1);
+            for &(pipeline, groups) in steps {
+                pass.set_pipeline(pipeline);
+                pass.dispatch_workgroups(groups, 1, 1);
+            }
         }
         self.queue.submit([encoder.finish()]);
     }

@@ -85,9 +85,13 @@ impl<'d> Queries<'d> {
         far: Option<FarTables>,
     ) -> Result<Self, DeviceError> {
         let rows: Vec<[f32; 4]> = fibers.iter().flat_map(shader_fiber).collect();
+        // The tables, the fibres, the queries, the answers, and the tables of the far field.
+        let writes = [false, false, false, true, false];
+        let writes = &writes[..if far.is_some() { 5 } else { 4 }];
+        let [pipeline] = device.compile(&field.shader(), [field.entry()], writes)?;
         Ok(Queries {
             device,
-            pipeline: device.compile(&field.shader(), field.entry())?,
+            pipeline,
             tables: device.upload(&shader_tables())?,
             fibers: device.upload(&rows)?,
             count: fibers.len(),
@@ -135,7 +139,7 @@ impl<'d> Queries<'d> {
             let mut buffers = vec![&self.tables, &self.fibers, &input, &output];
             buffers.extend(self.far.as_ref().map(|far| &far.rows));
             // At most 65535 by the size of a run.
-            self.device.run(&self.pipeline, &buffers, groups as u32);
+            self.device.run(&[(&self.pipeline, groups as u32)], &buffers);
             answers.extend(self.device.download::<Answer>(&output)?);
         }
         Ok(answers)

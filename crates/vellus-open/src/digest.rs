@@ -47,6 +47,10 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         Some(times) => builder.field("shutter", times.map(f64::to_le_bytes).concat()),
         None => builder,
     };
+    let builder = match options.earlier {
+        0 => builder,
+        earlier => builder.field("earlier", (earlier as u64).to_le_bytes()),
+    };
     let builder = match options.reflectance_of {
         ReflectanceOf::Groom => builder,
         ReflectanceOf::Dense => builder.field("reflectance of", "dense"),

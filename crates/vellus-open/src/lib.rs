@@ -47,7 +47,7 @@ use std::path::Path;
 use vellus::{Fiber, Parameter, Species};
 use vellus_groom::{HairHeader, Interpolation};
 use vellus_io::Sources;
-use vellus_scene::{Look, ReflectanceOf, Scene, Strands};
+use vellus_scene::{Camera, Look, ReflectanceOf, Scene, Strands};
 use vellus_usd::{FALLBACK_LOOK, RenderSettings, Shot};
 
 /// Options for opening a scene.
@@ -86,6 +86,8 @@ pub struct Options {
     /// When the shutter opens and closes, in time codes or frames relative to the frame, in this order. Equal times are
     /// no motion blur. `None` is the shutter of the camera.
     pub shutter: Option<[f64; 2]>,
+    /// How many frames before this one the camera of a USD file is read of: see [`Opened::earlier`].
+    pub earlier: usize,
     /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
     /// they are copied.
     pub instances: bool,
@@ -126,6 +128,8 @@ pub struct Opened {
     pub settings: Option<RenderSettings>,
     /// The time and the lens of a USD or Alembic file.
     pub shot: Option<Shot>,
+    /// The cameras of the frames before in a USD file: see [`vellus_usd::Reading::earlier`].
+    pub earlier: Vec<Camera>,
     /// The header of a .hair file. Its thickness is `None` if [`Options::width`] replaces it.
     pub header: Option<HairHeader>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
@@ -267,8 +271,9 @@ fn open_with(scene: &Path, options: &Options, missing: Option<f32>) -> Result<Op
         if !built_in || *staging != Staging::new(staging.aspect) {
             let camera = opened.scene.camera;
             staging::stage(&mut opened, staging, built_in, still)?;
-            if let Some(shot) = opened.shot.as_mut().filter(|_| opened.scene.camera != camera) {
-                shot.focal_length = None;
+            if opened.scene.camera != camera {
+                opened.earlier.clear();
+                opened.shot.iter_mut().for_each(|shot| shot.focal_length = None);
             }
         }
     }
@@ -416,19 +421,21 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         frame: options.frame,
         camera: options.camera.clone(),
         shutter: options.shutter,
+        earlier: options.earlier,
         fallback: options.fiber().1,
         instances: options.instances,
         custom: options.custom,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, networks, settings, shot, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, settings, shot, earlier, sources } =
+        vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings, settings, shot: Some(shot), ..Opened::default() })
+    Ok(Opened { scene, sources, warnings, settings, shot: Some(shot), earlier, ..Opened::default() })
 }
 
 #[cfg(test)]

@@ -131,7 +131,7 @@ impl World {
         }
         self.geometry.curves = curves;
         self.geometry.update_sections();
-        self.geometry.set_view(self.geometry.view);
+        self.geometry.update_motion();
         self.geometry.reflectance = Reflectance::Dense;
         self.resolve();
         // The looks are those of before, and the model took them.

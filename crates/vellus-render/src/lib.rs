@@ -57,6 +57,7 @@ pub const PICTURE_VERSION: u32 = 10;
 pub mod denoise;
 mod edit;
 mod error;
+mod fill;
 mod film;
 mod geometry;
 mod integrator;
@@ -73,6 +74,7 @@ mod world;
 
 pub use edit::{Pick, PickedStrand, Varying};
 pub use error::Error;
+pub use fill::{Kept, Shot};
 pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;
 pub use film::denoised::{Denoise, Denoised};

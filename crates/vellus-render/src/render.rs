@@ -1,22 +1,17 @@
 //! Rendering ranges of samples on all cores.
 
 use crate::error::Error;
+use crate::fill::Fill;
 use crate::film::cryptomatte::Count;
 use crate::film::cryptomatte::Thing;
 use crate::film::{Film, Layer, Layout, add};
-use crate::integrator::cache::{Filling, Indirect, RadianceCache, Record, next_growth, samples_for};
+use crate::integrator::cache::{Indirect, RadianceCache, next_growth, samples_for};
 use crate::integrator::path::{Seen, Shared};
 use crate::integrator::settings::Settings;
 use crate::world::World;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
 use vellus_io::Progress;
-
-/// Changes the seed for the samples that fill a radiance cache.
-const CACHE_SEED: u32 = 0x5eed_cace;
-
-/// The number of records of a radiance cache that are kept until they are added to it.
-const RECORDS_AT_ONCE: usize = 1 << 17;
 
 /// Counts of what [`World::render`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,14 +78,8 @@ impl World {
         let Range { mut start, end } = samples;
         while start < end {
             let part = start..end.min(next_growth(least, start));
-            cache = Some(self.grown_cache(
-                settings,
-                film.layout(),
-                cache,
-                samples_for(least, start),
-                progress,
-                &mut |_| {},
-            )?);
+            let fill = Fill { settings, layout: film.layout(), shot: None, progress };
+            cache = Some(fill.grow(self, cache, samples_for(least, start), &mut |_| {})?);
             statistics += self.render_cached(settings, cache.as_ref(), film, part.clone(), progress)?;
             start = part.end;
         }
@@ -115,7 +104,8 @@ impl World {
         if cache.is_some_and(|cache| !cache.fits(layout)) {
             return Err(Error::Settings("the radiance cache was filled for other groups of lights".to_owned()));
         }
-        let shared = Shared { settings, layout, indirect: cache.map_or(Indirect::Traced, Indirect::Cached) };
+        let view = &self.geometry.view;
+        let shared = Shared { settings, layout, view, indirect: cache.map_or(Indirect::Traced, Indirect::Cached) };
         let rows: Vec<Option<Row>> = (0..height)
             .into_par_iter()
             .map(|y| {
@@ -138,79 +128,6 @@ impl World {
             .collect();
         let rows: Vec<Row> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
         Ok(film.add_traced(rows, samples))
-    }
-
-    /// Traces [`Settings::radiance_cache`] samples of each pixel, and fills a cache with the light that they find.
-    /// `None` without that setting. `layout` is that of the film: with [`Layer::Lights`] the cache keeps the light of
-    /// each group.
-    ///
-    /// The cache depends on the scene and on the settings, not on the number of threads. It reports its progress. It
-    /// does not grow with the samples of a picture, as those of [`World::render`] and of sessions do.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`] if `progress` stopped it.
-    pub fn fill_cache(
-        &self,
-        settings: &Settings,
-        layout: &Layout,
-        progress: &dyn Progress,
-    ) -> Result<Option<RadianceCache>, Error> {
-        let Some(samples) = settings.radiance_cache else { return Ok(None) };
-        let mut report = |done| progress.report(done, "filling the radiance cache");
-        self.grown_cache(settings, layout, None, samples, progress, &mut report).map(Some)
-    }
-
-    /// A cache with this many samples of each pixel: `cache` with more of them, or a new one. `report` receives the
-    /// share that is done.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`] if `progress` stopped it.
-    pub(crate) fn grown_cache(
-        &self,
-        settings: &Settings,
-        layout: &Layout,
-        cache: Option<RadianceCache>,
-        samples: u32,
-        progress: &dyn Progress,
-        report: &mut dyn FnMut(f64),
-    ) -> Result<RadianceCache, Error> {
-        let (first, cache) = match cache {
-            Some(cache) if cache.samples() >= samples => return Ok(cache),
-            Some(cache) => (cache.samples(), Some(cache)),
-            None => (0, None),
-        };
-        let layers: &[Layer] = if layout.has(Layer::Lights) { &[Layer::Lights] } else { &[] };
-        let layout = &self.layout(layers);
-        let (eye, slope) = self.geometry.view.perspective(settings.size);
-        let mut filling = cache.map_or_else(|| Filling::new(eye, slope, layout), RadianceCache::into_filling);
-        // The samples of the picture itself are independent of those of the cache.
-        let settings = &Settings { seed: settings.seed ^ CACHE_SEED, radiance_cache: None, ..*settings };
-        let shared = Shared { settings, layout, indirect: filling.recorded() };
-        let [left, top, width, height] = settings.area();
-        let at_once = (RECORDS_AT_ONCE / width).max(1);
-        for index in first..samples {
-            for top_row in (0..height).step_by(at_once) {
-                let done = f64::from(index - first) + top_row as f64 / height as f64;
-                report(done / f64::from(samples - first));
-                let rows = (top_row..height.min(top_row + at_once)).into_par_iter().map(|y| {
-                    let mut values = vec![0.0; layout.channels()];
-                    let mut record = |x| {
-                        let seen =
-                            self.fibers.trace(&self.geometry, shared, [left + x, top + y], index.into(), &mut values);
-                        seen.record
-                    };
-                    let records = (0..width).map_while(|x| (!progress.is_cancelled()).then(|| record(x)));
-                    records.flatten().collect::<Vec<Box<Record>>>()
-                });
-                let rows: Vec<Vec<Box<Record>>> = rows.collect();
-                if progress.is_cancelled() {
-                    return Err(Error::Cancelled);
-                }
-                // In the order of pixels, so that the sums do not depend on the number of threads.
-                rows.iter().flatten().for_each(|record| filling.add(record));
-            }
-        }
-        Ok(filling.finish(samples))
     }
 
     /// The names of the things that camera rays can hit: sets of strands first, then meshes. All instances of a

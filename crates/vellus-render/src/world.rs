@@ -96,7 +96,7 @@ impl World {
         instances.detail(&details);
         let mut geometry = Geometry {
             is_simplified: instances.is_simplified(),
-            moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),
+            things_move: curves.moves() || triangles.moves() || instances.moves(),
             curves,
             triangles,
             instances,
@@ -151,7 +151,7 @@ impl World {
     /// [`vellus_scene::Error`] if [`Camera::validate`] finds the camera invalid. The world is then as before.
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), Error> {
         camera.validate()?;
-        self.geometry.set_view(View::new(camera));
+        self.geometry.view = View::new(camera);
         Ok(())
     }
 

@@ -6,6 +6,8 @@ use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
+use std::sync::Arc;
+use vellus_render::Kept;
 use vellus_render::session::{Frames, Goals, is_finished};
 use vellus_render::tev::Viewer;
 
@@ -27,21 +29,21 @@ pub fn single(args: &Args) -> Result<PathBuf> {
 pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
         interrupt.set_immediate(true);
-        let mut loaded = Loaded::new(&Args { output: single(args)?, ..args.clone() })?;
+        let mut loaded = Loaded::new(&Args { output: single(args)?, ..args.clone() }, Arc::default())?;
         if args.input.frame.is_some() {
             loaded.stops = loaded.first_stops()?;
         }
         return job::run(loaded, interrupt, 1, &mut viewer);
     };
     let total = frames.count();
-    let mut stops = None;
+    let (mut stops, kept) = (None, Arc::<Kept>::default());
     for (frame, left) in frames.iter().zip((1..=total).rev()) {
         let mut one = args.clone();
         one.input.frame = Some(f64::from(frame));
         one.output = Frames::file(&args.output, frame);
         let mut render = || -> Result<()> {
             interrupt.set_immediate(true);
-            let mut loaded = Loaded::new(&one)?;
+            let mut loaded = Loaded::new(&one, kept.clone())?;
             let goals = Goals { samples: args.spp, noise: args.noise, time: args.time };
             if args.resume && is_finished(&one.output, loaded.identity, &goals) {
                 note!("frame {frame}: {} is finished", one.output.display());

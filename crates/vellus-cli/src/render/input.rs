@@ -131,12 +131,7 @@ impl Input {
         Ok(options)
     }
 
-    /// Opens the scene, and prints warnings.
-    pub fn open(&self, staging: Option<Staging>) -> Result<Opened> {
-        self.open_with(&self.options(staging)?)
-    }
-
-    /// Opens the scene with changed options, and prints warnings.
+    /// Opens the scene with [`Input::options`], and prints warnings.
     pub fn open_with(&self, options: &Options) -> Result<Opened> {
         report(vellus_open::open(&self.scene, options))
     }

@@ -5,6 +5,7 @@ use super::{Args, check_crop};
 use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Result, anyhow};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
 use vellus_open::{Backdrop, Opened, Staging};
@@ -13,7 +14,7 @@ use vellus_render::session::{
     BACKGROUND_NOTE, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
 };
 use vellus_render::tev::Viewer;
-use vellus_render::{Denoise, Display, Error, Notes, PixelType, Settings, World, prepare};
+use vellus_render::{Denoise, Display, Error, Kept, Lod, Notes, PixelType, Settings, Shot, World, prepare};
 use vellus_scene::Scene;
 
 /// The size of a picture before its scene is read.
@@ -34,18 +35,23 @@ pub struct Loaded {
     is_metered: bool,
     /// The exposure, if it is known already.
     pub stops: Option<f32>,
+    /// The frames that help to fill its radiance cache.
+    shot: Option<Shot>,
 }
 
 impl Loaded {
-    /// Reads or grows the scene.
-    pub fn new(args: &Args) -> Result<Self> {
+    /// Reads or grows the scene. `kept` is what the frames of an animation share.
+    pub fn new(args: &Args, kept: Arc<Kept>) -> Result<Self> {
         let start = Instant::now();
-        let opened = args.input.open(Some(args.staging()))?;
+        let opened = args.input.open_with(&args.options()?)?;
         let args = args.sized(&opened)?;
         let identity = args.digest(opened.sources.digest())?;
         let seconds = start.elapsed().as_secs_f64();
         let notes = opened.shot_notes(args.settings().size);
-        Ok(Loaded { scene: opened.scene, args, identity, notes, seconds, is_metered: opened.is_metered, stops: None })
+        let frame = args.input.frame.filter(|_| !opened.earlier.is_empty());
+        let shot = frame.map(|frame| Shot { frame: frame as i32, earlier: opened.earlier, kept });
+        let (scene, is_metered) = (opened.scene, opened.is_metered);
+        Ok(Loaded { scene, args, identity, notes, seconds, is_metered, stops: None, shot })
     }
 
     /// The exposure of all frames of an animation: that of its first frame. `None` if this frame needs none.
@@ -97,7 +103,7 @@ pub fn run(loaded: Loaded, interrupt: &Interrupt, pictures: u64, viewer: &mut Op
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, notes: shot, seconds, is_metered, stops, .. } = loaded;
+    let Loaded { mut scene, identity, notes: of_shot, seconds, is_metered, stops, shot, .. } = loaded;
     let settings = args.settings();
     prepare(&mut scene, settings.size, args.min_pixel_width, args.lod);
     let mut notes = vec![
@@ -106,7 +112,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         ("vellus_scene".to_owned(), args.input.scene.display().to_string()),
     ];
     notes.extend(args.identity(&settings).notes(identity));
-    notes.extend(shot);
+    notes.extend(of_shot);
     notes.extend(fiber_notes(&scene));
     if args.staging.background == Some(Backdrop::Transparent) {
         notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
@@ -125,7 +131,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     notes.extend(renderer.notes);
     args.display.measure(&world, &mut notes);
     let display = args.display.display(&notes)?;
-    Ok((world, Job { tracer: renderer.tracer, ..args.job(settings, identity, notes, display) }))
+    Ok((world, Job { tracer: renderer.tracer, shot, ..args.job(settings, identity, notes, display) }))
 }
 
 /// Adds the option that renders without a GPU.
@@ -180,6 +186,15 @@ impl Args {
         }
     }
 
+    /// How the scene is opened.
+    fn options(&self) -> Result<vellus_open::Options> {
+        let is_frame = self.input.frame.is_some_and(|frame| frame == f64::from(frame as i32));
+        // These change strands for the camera.
+        let changes = self.min_pixel_width > 0.0 || self.lod != Lod::Off;
+        let earlier = if self.radiance_cache.is_some() && is_frame && !changes { Shot::FRAMES - 1 } else { 0 };
+        Ok(vellus_open::Options { earlier, ..self.input.options(Some(self.staging()))? })
+    }
+
     /// How the scene is staged.
     pub fn staging(&self) -> Staging {
         Staging { aspect: self.size.map(|[w, h]| w as f32 / h as f32), ..self.staging.clone() }
@@ -209,7 +224,7 @@ impl Args {
     /// What tells this picture from others. `sources` is the digest of the files that the scene was read from.
     fn digest(&self, sources: Digest) -> Result<Digest> {
         let builder = self.identity(&self.settings()).digest(sources);
-        Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options(Some(self.staging()))?).finish())
+        Ok(vellus_open::identify(builder, &self.input.scene, &self.options()?).finish())
     }
 
     fn job(&self, settings: Settings, identity: Digest, notes: Notes, display: Display) -> Job {

@@ -15,6 +15,7 @@ use anyhow::{Context, Result, bail};
 use display::DisplayArgs;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 use vellus_gpu::Choice;
 use vellus_io::{Digest, parse};
@@ -170,7 +171,7 @@ fn check(args: &Args) -> Result<()> {
 /// The identity of the picture with these options: films with the same one can be merged.
 pub fn identity(args: &Args) -> Result<Digest> {
     check(args)?;
-    Ok(job::Loaded::new(args)?.identity)
+    Ok(job::Loaded::new(args, Arc::default())?.identity)
 }
 
 /// Checks the options, and renders.

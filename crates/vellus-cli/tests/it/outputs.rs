@@ -144,6 +144,45 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     refused(path, &["render", "lean.usda", "--frames", "4-1"], &["A-B", "1-48"]);
 }
 
+/// Only the camera moves. The cache of a frame has records of the frames before, whether this process rendered them or
+/// not.
+#[test]
+fn frames_share_a_radiance_cache() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (groom, _) = LEANING.split_once("def Camera").unwrap();
+    let still = groom.replace(".timeSamples = {", "= [(0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 1, 0)]");
+    let (still, _) = still.split_once("\n        1:").unwrap();
+    let shot = "}
+def Camera \"camera\" {
+    double3 xformOp:translate.timeSamples = { 1: (1, 0.5, 6), 9: (1.4, 0.5, 6) }
+    uniform token[] xformOpOrder = [\"xformOp:translate\"]
+}";
+    std::fs::write(path.join("shot.usda"), format!("{still}{shot}")).unwrap();
+    std::fs::write(path.join("lean.usda"), LEANING).unwrap();
+    let render = |more: &[&str]| {
+        let options = ["--size", "24x16", "--spp", "4", "--float", "--radiance-cache", "4"];
+        run(path, &[&["render"], more, &options[..]].concat())
+    };
+    let picture = |name: &str| Picture::read(&path.join(name));
+    render(&["shot.usda", "--frames", "1-5", "-o", "shot.exr"]);
+    render(&["shot.usda", "--frame", "5", "-o", "fifth.exr"]);
+    render(&["shot.usda", "--frames", "3-5x2", "-o", "some.exr"]);
+    for other in ["fifth.exr", "some.0005.exr"] {
+        assert!(picture("shot.0005.exr").same(&picture(other)), "{other}");
+    }
+    // The camera is that of frame 5, but there are no frames before.
+    let (_, rest) = shot.split_once('}').unwrap();
+    let alone = rest.replace(".timeSamples = { 1: (1, 0.5, 6), 9: (1.4, 0.5, 6) }", " = (1.2, 0.5, 6)");
+    std::fs::write(path.join("alone.usda"), format!("{still}}}{alone}")).unwrap();
+    render(&["alone.usda", "-o", "alone.exr"]);
+    assert!(!picture("shot.0005.exr").same(&picture("alone.exr")));
+    // Strands that move have no cache in common.
+    render(&["lean.usda", "--frames", "1-3", "-o", "lean.exr"]);
+    render(&["lean.usda", "--frame", "3", "-o", "third.exr"]);
+    assert!(picture("lean.0003.exr").same(&picture("third.exr")));
+}
+
 /// The frames of an animation without lights have the exposure of the first frame, however they are rendered.
 #[test]
 fn frames_without_lights_have_one_exposure() {

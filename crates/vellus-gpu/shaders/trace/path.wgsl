@@ -6,8 +6,8 @@ struct Waiting {
     light: vec3<f32>,
     // The light.
     which: u32,
-    // Whether the light has its own shares of the lobes.
-    apart: bool,
+    // 1 if the light has its own shares of the lobes.
+    apart: u32,
     lobes: array<vec3<f32>, LOBES>,
 }
 
@@ -19,14 +19,14 @@ struct Path {
     u: vec4<f32>,
     // The number of scattering events so far.
     depth: u32,
-    // Whether there is a next ray.
-    goes_on: bool,
+    // 1 if there is a next ray.
+    goes_on: u32,
     // Shadow rays that are not traced yet.
     shadows: u32,
     waiting: array<Waiting, 2>,
     throughput: vec3<f32>,
-    // Whether the light belongs to a fibre that the camera sees, and the share of each lobe in it.
-    apart: bool,
+    // 1 if the light belongs to a fibre that the camera sees, and the share of each lobe in it.
+    apart: u32,
     lobes: array<vec3<f32>, LOBES>,
     // The number of light samples at the last scattering event, and the class of the thing.
     lights: f32,
@@ -96,7 +96,7 @@ fn add_light(path: ptr<function, Path>, unlimited: vec3<f32>, group: u32, events
     if groups != NONE {
         add3(path, groups + 3u * group, light);
     }
-    if HAS_LOBES && (*path).apart {
+    if HAS_LOBES && (*path).apart != 0u {
         for (var p = 0u; p < LOBES; p++) {
             add3(path, layer(LAYER_LOBES) + 3u * p, light * (*path).lobes[p]);
         }
@@ -368,7 +368,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         }
         let given = select(1.0 / s.pdf, 1.0, s.pdf < 0.0);
         if apart {
-            (*path).apart = true;
+            (*path).apart = 1u;
             var gains = vec2<f32>(1.0);
             if HAS_GAINS {
                 gains = gains_of(s.light);
@@ -384,7 +384,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         return false;
     }
     if apart {
-        (*path).apart = true;
+        (*path).apart = 1u;
         set_shares(path, fiber_lobes(&fiber, drawn.wi), drawn.weight * drawn.pdf);
     }
     if HAS_GAINS {
@@ -571,10 +571,10 @@ fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32
     (*path).pixel = pixel;
     (*path).u = u;
     (*path).depth = 0u;
-    (*path).goes_on = true;
+    (*path).goes_on = 1u;
     (*path).shadows = 0u;
     (*path).throughput = vec3<f32>(1.0);
-    (*path).apart = false;
+    (*path).apart = 0u;
     (*path).lights = 1.0;
     (*path).class_id = 0u;
     (*path).through = NONE;
@@ -696,17 +696,19 @@ fn end_shadow(path: ptr<function, Path>, hit: Hit) {
     (*path).lobes = kept;
 }
 
-// What a path does where it hits something or leaves the scene.
-fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit) {
+// What a path does where it hits something or leaves the scene. `on_strand`: its ray hits a strand.
+fn scatter_event(
+    path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, on_strand: bool
+) {
     let depth = (*path).depth;
-    (*path).goes_on = false;
+    (*path).goes_on = 0u;
     if meets_light(path, ray, hit) {
         return;
     }
     if depth == 0u {
         set_layer1(path, LAYER_ALPHA, 1.0);
         set_layer1(path, LAYER_DEPTH, hit.t);
-        if hit.kind == 1u {
+        if on_strand {
             (*path).thing = set_of(hit.index);
         } else if HAS_MESHES {
             (*path).thing = data_row(SETS).x + face_of(hit, ray).mesh;
@@ -717,20 +719,20 @@ fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray
         (*path).cut = largest((*path).throughput);
         return;
     }
-    if hit.kind == 1u {
-        (*path).goes_on = at_fiber(path, sampler, ray, hit, depth);
+    if on_strand {
+        (*path).goes_on = u32(at_fiber(path, sampler, ray, hit, depth));
     } else if HAS_MESHES {
-        (*path).goes_on = at_surface(path, sampler, ray, hit, depth);
+        (*path).goes_on = u32(at_surface(path, sampler, ray, hit, depth));
     }
     (*path).depth = depth + 1u;
-    if (*path).goes_on && depth >= ROULETTE {
+    if (*path).goes_on != 0u && depth >= ROULETTE {
         let survive = min(sqrt(SURVIVAL * largest((*path).throughput)), 1.0);
-        (*path).goes_on = next4(sampler).x < survive;
+        (*path).goes_on = u32(next4(sampler).x < survive);
         (*path).throughput /= survive;
     }
     // A throughput that is not a number ends the path too.
-    (*path).goes_on = (*path).goes_on && largest((*path).throughput) > 0.0;
-    if HAS_LINKS && (*path).goes_on {
+    (*path).goes_on *= u32(largest((*path).throughput) > 0.0);
+    if HAS_LINKS && (*path).goes_on != 0u {
         (*path).through = 0u;
     }
 }
@@ -743,38 +745,4 @@ fn end_path(path: ptr<function, Path>) {
     write_word(extra + 3u, (*path).rays);
     write_word(extra + 4u, bitcast<u32>((*path).cut));
     write_word(extra + 5u, bitcast<u32>((*path).removed));
-}
-
-// One thread for each sample.
-@compute @workgroup_size(64)
-fn trace_samples(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= arrayLength(&work) {
-        return;
-    }
-    var path: Path;
-    var sampler: Sampler;
-    begin_path(&path, &sampler, id.x);
-    // There is one call that traces rays, for shadow rays too. Compilers insert each call as a copy of the code.
-    while path.goes_on || path.shadows > 0u {
-        if HAS_LINKS && path.shadows == 0u && path.through != NONE {
-            find_through(&path);
-        }
-        let shadow = path.shadows > 0u;
-        var ray = path.ray;
-        var casters = NONE;
-        if shadow {
-            ray = path.waiting[path.shadows - 1u].ray;
-            if HAS_LINKS {
-                casters = casters_of(path.waiting[path.shadows - 1u].which);
-            }
-        }
-        let hit = hit_scene(ray, shadow, casters);
-        path.rays += 1u;
-        if shadow {
-            end_shadow(&path, hit);
-        } else {
-            scatter_event(&path, &sampler, ray, hit);
-        }
-    }
-    end_path(&path);
 }

@@ -1,5 +1,5 @@
-//! A path tracer for the scenes of vellus-render: one compute shader that follows each sample from the camera to the
-//! lights.
+//! A path tracer for the scenes of vellus-render: kernels that follow each sample from the camera to the lights, one ray
+//! at a time.
 
 mod source;
 
@@ -7,7 +7,7 @@ use crate::choice::{failed, refused};
 use crate::device::Device;
 use crate::library::{shader_far_table, shader_fiber, shader_tables};
 use bytemuck::NoUninit;
-use source::Array;
+use source::{Array, FIXED, KERNELS, STATE_BYTES};
 use std::time::{Duration, Instant};
 use vellus::Bcsdf;
 use vellus::packed::FIBER_ROWS;
@@ -18,8 +18,10 @@ use vellus_render::{Error, Layout, Mode, Settings, World};
 const GROUP: u64 = 64;
 /// The most samples in one run: 65535 workgroups are the limit of every GPU.
 const MOST_SAMPLES: u64 = 65_535 * GROUP;
-/// The most bytes of results in one run.
+/// The most bytes of results, and of paths that wait, in one run.
 const MOST_BYTES: u64 = 1 << 28;
+/// Rays of each path before the tracer asks how many paths are left.
+const ROUNDS: usize = 8;
 /// The duration of one run that the tracer aims at. Desktop systems reset a GPU that does not answer for seconds.
 const RUN: Duration = Duration::from_millis(150);
 
@@ -37,9 +39,10 @@ const TABLE_STEP: usize = 16;
 /// their noise, and have different bits. Pictures of the same device and driver have the same bits.
 pub struct Tracer {
     device: Device,
-    pipeline: wgpu::ComputePipeline,
+    pipelines: [wgpu::ComputePipeline; KERNELS.len()],
     buffers: Vec<wgpu::Buffer>,
     words: u64,
+    state_bytes: u64,
     /// Samples that the last runs traced in [`RUN`].
     pace: u64,
 }
@@ -64,11 +67,11 @@ impl Tracer {
         let limit = device.limit();
         let arrays = arrays(&scene, limit);
         let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
-        // The results, the job and the tables have one each.
         let parts = arrays.iter().chain(&far_array).map(Array::parts).sum::<usize>();
-        device.check_buffers(3 + parts).map_err(failed)?;
+        device.check_buffers(FIXED.len() + parts).map_err(failed)?;
         let source = source::shader(&arrays, settings.mode, far_array.as_ref(), &scene.features, scene.stack);
-        let pipeline = device.compile(&source, "trace_samples").map_err(failed)?;
+        let writes = [&FIXED[..], &vec![false; parts]].concat();
+        let pipelines = device.compile(&source, KERNELS, &writes).map_err(failed)?;
         let mut buffers = vec![device.upload(&shader_tables()).map_err(failed)?];
         let [nodes, chords, triangles, points, data, records] = &arrays;
         upload(device, nodes, &scene.nodes, &mut buffers)?;
@@ -82,7 +85,8 @@ impl Tracer {
         }
         let words = scene.sample_words as u64;
         device.alive().map_err(failed)?;
-        Ok(Tracer { device: device.clone(), pipeline, buffers, words, pace: 4096 })
+        let state_bytes = STATE_BYTES[usize::from(scene.features.contains(&("HAS_LOBES", true)))];
+        Ok(Tracer { device: device.clone(), pipelines, buffers, words, state_bytes, pace: 4096 })
     }
 }
 
@@ -159,15 +163,27 @@ impl SampleTracer for Tracer {
     fn trace(&mut self, samples: &[[u32; 2]]) -> Result<Vec<u32>, Error> {
         let mut words = Vec::with_capacity(samples.len() * self.words as usize);
         for samples in samples.chunks(self.room() as usize) {
-            let begin = Instant::now();
+            let start = Instant::now();
             let count = samples.len() as u64;
             let output = self.device.results(4 * count * self.words).map_err(failed)?;
+            let states = self.device.results(self.state_bytes * count).map_err(failed)?;
+            let lists = self.device.results(3 * 4 * count).map_err(failed)?;
+            let counts = self.device.results(4 * 4).map_err(failed)?;
             let work = self.device.upload(samples).map_err(failed)?;
-            let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &work];
+            let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &states, &lists, &counts, &work];
             buffers.extend(&self.buffers);
-            self.device.run(&self.pipeline, &buffers, count.div_ceil(GROUP) as u32);
+            let [begin, trace, empty, strands, others] = &self.pipelines;
+            let groups = |count: u64| count.div_ceil(GROUP) as u32;
+            self.device.run(&[(begin, groups(count))], &buffers);
+            let mut left = count;
+            while left > 0 {
+                let groups = groups(left);
+                let round = [(trace, groups), (empty, 1), (strands, groups), (others, groups), (empty, 1)];
+                self.device.run(&[round; ROUNDS].concat(), &buffers);
+                left = self.device.download::<u32>(&counts).map_err(failed)?[0].into();
+            }
             words.extend(self.device.download::<u32>(&output).map_err(failed)?);
-            let ratio = RUN.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-4);
+            let ratio = RUN.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-4);
             self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
         }
         Ok(words)
@@ -177,6 +193,7 @@ impl SampleTracer for Tracer {
 impl Tracer {
     /// The most samples of one run.
     fn room(&self) -> u64 {
-        MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / (4 * self.words)).max(1)
+        let bytes = (4 * self.words).max(self.state_bytes);
+        MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / bytes).max(1)
     }
 }

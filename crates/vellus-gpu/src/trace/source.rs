@@ -6,7 +6,7 @@ use std::ops::Range;
 use vellus_render::Mode;
 
 /// The files of the path tracer, in the order in which they are joined.
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     include_str!("../../shaders/trace/scene.wgsl"),
     include_str!("../../shaders/trace/sampler.wgsl"),
     include_str!("../../shaders/trace/curves.wgsl"),
@@ -14,7 +14,17 @@ const FILES: [&str; 7] = [
     include_str!("../../shaders/trace/surface.wgsl"),
     include_str!("../../shaders/trace/lights.wgsl"),
     include_str!("../../shaders/trace/path.wgsl"),
+    include_str!("../../shaders/trace/kernels.wgsl"),
 ];
+
+/// The entry points.
+pub(super) const KERNELS: [&str; 5] = ["begin_paths", "trace_rays", "empty_lists", "shade_strands", "shade_others"];
+
+/// The bindings before those of the arrays, and whether a shader writes to them.
+pub(super) const FIXED: [bool; 6] = [true, true, true, true, false, false];
+
+/// The bytes of a path that waits, without and with the shares of its lobes.
+pub(super) const STATE_BYTES: [u64; 2] = [384, 624];
 
 /// The functions that the path tracer calls at a hit of a fibre: with the near field, the far field, and both.
 const NEAR: &str = include_str!("../../shaders/trace/near.wgsl");
@@ -72,8 +82,8 @@ impl Array {
     }
 }
 
-/// The whole shader for a scene with these arrays. The bindings are the results, the samples to trace, the tables, and
-/// the arrays in their order. `far` is the array with the tables of the far field, if every hit uses it instead of the
+/// The whole shader for a scene with these arrays. The bindings are the results, the paths that wait, lists of them
+/// and their lengths, the samples to trace, the tables, and the arrays in their order. `far` is the array with the tables of the far field, if every hit uses it instead of the
 /// near field.
 ///
 /// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks.
@@ -89,14 +99,18 @@ pub(super) fn shader(
     text.push_str(
         "
 @group(0) @binding(0) var<storage, read_write> samples: array<u32>;
-@group(0) @binding(1) var<storage, read> work: array<vec2<u32>>;
-@group(0) @binding(2) var<storage, read> tables: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> states: array<State>;
+@group(0) @binding(2) var<storage, read_write> lists: array<u32>;
+// The lengths of the lists, and 1 after rays are traced.
+@group(0) @binding(3) var<storage, read_write> counts: array<atomic<u32>, 4>;
+@group(0) @binding(4) var<storage, read> work: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read> tables: array<vec4<f32>>;
 fn vellus_table(row: u32) -> vec4<f32> { return tables[row]; }
 fn read_word(index: u32) -> u32 { return samples[index]; }
 fn write_word(index: u32, value: u32) { samples[index] = value; }
 ",
     );
-    let mut binding = 3;
+    let mut binding = FIXED.len() as u32;
     for array in arrays.iter().chain(far) {
         text.push_str(&array.declare(&mut binding));
     }
@@ -179,7 +193,7 @@ mod tests {
         }
     }
 
-    /// No GPU is needed for this.
+    /// The shaders are valid, and the states have the size that the tracer allocates. No GPU is needed for this.
     #[test]
     fn all_modes_are_valid_shaders() {
         let rows = |name, kind| Array::new(name, kind, 1, 1 << 20);
@@ -192,6 +206,10 @@ mod tests {
         {
             let text = shader(&arrays, mode, far, &FEATURES.map(|name| (name, all)), 9);
             let module = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
+            let state = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("State")).unwrap().0;
+            let mut layouter = naga::proc::Layouter::default();
+            layouter.update(module.to_ctx()).unwrap();
+            assert_eq!(u64::from(layouter[state].to_stride()), STATE_BYTES[usize::from(all)]);
             let mut validator = naga::valid::Validator::new(Default::default(), Default::default());
             validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
         }

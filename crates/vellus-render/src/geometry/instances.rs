@@ -69,6 +69,16 @@ pub enum Hit {
     Triangle(TriangleHit),
 }
 
+impl Hit {
+    /// The distance along the ray.
+    pub fn t(&self) -> f32 {
+        match self {
+            Hit::Curve(hit) => hit.entry.t,
+            Hit::Triangle(hit) => hit.t,
+        }
+    }
+}
+
 /// The instances of a scene.
 #[derive(Debug)]
 pub struct Instances {
@@ -411,7 +421,7 @@ mod tests {
             copied.copy_instances();
             let [shared, copied] = [scene, copied].map(|scene| World::new(scene).unwrap());
             assert_eq!((shared.instances(), copied.instances()), (30, 0));
-            assert!(shared.bytes() < copied.bytes() / 3 && shared.geometry.moves == moves);
+            assert!(shared.bytes() < copied.bytes() / 3 && shared.geometry.moves() == moves);
             let (mut curves, mut triangles, mut other) = (0, 0, 0);
             for i in 0..6000 {
                 let place = |k: u32| 14.0 * (Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2)) - 0.5);

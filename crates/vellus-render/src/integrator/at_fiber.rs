@@ -69,7 +69,7 @@ pub(super) fn at_fiber<M: Model>(
         path.settings.mode,
         h,
         path.spread.map(|angle| (angle * hit.entry.t >= width, largest(path.throughput))),
-        || (geometry.view.pixel_width(path.settings.size, ray, hit.entry.t) / half.max(1e-30)).min(4.0),
+        || (path.view.pixel_width(path.settings.size, ray, hit.entry.t) / half.max(1e-30)).min(4.0),
         || sampler.chance(),
     );
     let mut made = None;
@@ -85,7 +85,7 @@ pub(super) fn at_fiber<M: Model>(
         path.set(Layer::Normal, &n.to_array());
         path.set(Layer::Fibers, &[1.0]);
         path.set(Layer::RootUv, &geometry.root_uv(hit).to_array());
-        if geometry.moves {
+        if geometry.moves() {
             path.set(
                 Layer::Motion,
                 &geometry.motion(path.settings.size, frame.center(), geometry.movement(hit), ray.time),

@@ -29,7 +29,7 @@ pub(super) fn at_surface(
     let [a, b] = [sampler.next(), sampler.next()];
     if depth == 0 {
         path.set(Layer::Normal, &hit.normal.to_array());
-        if geometry.moves {
+        if geometry.moves() {
             path.set(Layer::Motion, &geometry.motion(path.settings.size, point, hit.movement, ray.time));
         }
     }

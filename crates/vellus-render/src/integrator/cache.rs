@@ -48,7 +48,7 @@ pub(crate) fn next_growth(least: u32, sample: u64) -> u64 {
 }
 
 /// The light that a full path found behind its second hit.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Record {
     key: Key,
     /// The throughput of the path at the hit.
@@ -76,6 +76,27 @@ impl Record {
     /// Completes the record. `after` is what the path found in all.
     pub(super) fn end(&mut self, after: &[f32]) {
         self.light.iter_mut().zip(after).for_each(|(light, after)| *light = after - *light);
+    }
+}
+
+/// Records with the light of equally many channels, without an allocation for each.
+#[derive(Debug, Default)]
+pub(crate) struct Records {
+    keys: Vec<Key>,
+    /// The throughput and the light of each.
+    numbers: Vec<f32>,
+}
+
+impl Records {
+    pub(crate) fn push(&mut self, record: &Record) {
+        self.keys.push(record.key);
+        self.numbers.extend(record.throughput.iter().chain(&record.light));
+    }
+
+    /// Those of others, behind its own.
+    pub(crate) fn append(&mut self, others: &mut Records) {
+        self.keys.append(&mut others.keys);
+        self.numbers.append(&mut others.numbers);
     }
 }
 
@@ -197,19 +218,26 @@ impl Filling {
         Indirect::Recorded(self.grid)
     }
 
-    /// Adds a record. Records with values that are not finite are left out. The result depends on the order.
-    pub(crate) fn add(&mut self, record: &Record) {
-        if !record.light.iter().chain(&record.throughput).all(|x| x.is_finite()) {
-            return;
+    /// Adds records. Those with values that are not finite are left out. The result depends on the order.
+    pub(crate) fn add(&mut self, records: &Records) {
+        for (key, numbers) in records.keys.iter().zip(records.numbers.chunks_exact(3 + self.channels)) {
+            if let (true, Some((throughput, light))) =
+                (numbers.iter().all(|x| x.is_finite()), numbers.split_first_chunk::<3>())
+            {
+                self.add_one(key, throughput, light);
+            }
         }
-        let side = self.grid.side(record.key.point);
+    }
+
+    fn add_one(&mut self, key: &Key, throughput: &Rgb, record_light: &[f32]) {
+        let side = self.grid.side(key.point);
         self.records += 1;
         let sign = if mix(self.records) & 1 == 0 { 1.0 } else { -1.0 };
-        let all_light = sum_of_groups(&record.light);
+        let all_light = sum_of_groups(record_light);
         let mut parent = None;
         for size in SIZES {
             let new = self.cells.len() as u32;
-            let index = *self.table.entry(self.grid.cell(&record.key, side, size)).or_insert(new);
+            let index = *self.table.entry(self.grid.cell(key, side, size)).or_insert(new);
             if index == new {
                 self.cells.push(Cell { parent: parent.unwrap_or(new), ..Cell::default() });
                 self.light.resize(self.light.len() + self.channels, 0.0);
@@ -217,12 +245,12 @@ impl Filling {
             let cell = &mut self.cells[index as usize];
             cell.records += 1;
             for c in 0..3 {
-                cell.throughput[c] += record.throughput[c];
+                cell.throughput[c] += throughput[c];
                 cell.signed[0][c] += sign * all_light[c];
-                cell.signed[1][c] += sign * record.throughput[c];
+                cell.signed[1][c] += sign * throughput[c];
             }
             let light = &mut self.light[index as usize * self.channels..][..self.channels];
-            light.iter_mut().zip(&record.light).for_each(|(sum, x)| *sum += x);
+            light.iter_mut().zip(record_light).for_each(|(sum, x)| *sum += x);
             if cell.records < ENOUGH {
                 break;
             }

@@ -23,8 +23,8 @@ pub struct Geometry {
     pub lights: Lights,
     pub background: Option<Background>,
     pub view: View,
-    /// Whether anything moves while the shutter is open.
-    pub moves: bool,
+    /// Whether anything but the camera moves while the shutter is open.
+    pub things_move: bool,
     /// Whether paths see different versions of some instances.
     pub is_simplified: bool,
     /// The group of each light.
@@ -50,10 +50,14 @@ impl Geometry {
         self.instances.set_aspect_ratios(&of_look);
     }
 
-    /// Replaces the camera.
-    pub fn set_view(&mut self, view: View) {
-        self.view = view;
-        self.moves = self.curves.moves() || self.triangles.moves() || self.instances.moves() || self.view.moves();
+    /// Finds out again whether anything but the camera moves.
+    pub fn update_motion(&mut self) {
+        self.things_move = self.curves.moves() || self.triangles.moves() || self.instances.moves();
+    }
+
+    /// Whether anything moves while the shutter is open.
+    pub fn moves(&self) -> bool {
+        self.things_move || self.view.moves()
     }
 
     /// All sets of strands, in the order of [`CurveHit::set`].

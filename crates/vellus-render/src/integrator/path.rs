@@ -7,6 +7,7 @@ use super::color::{Rgb, largest, scale, times, weight};
 use super::geometry::Geometry;
 use super::sampler::Sampler;
 use super::settings::Settings;
+use super::view::View;
 use crate::film::Layer;
 use crate::film::layout::Layout;
 use crate::geometry::instances::Hit;
@@ -45,6 +46,8 @@ pub(crate) struct Seen {
 pub(crate) struct Shared<'w> {
     pub settings: &'w Settings,
     pub layout: &'w Layout,
+    /// The camera.
+    pub view: &'w View,
     pub indirect: Indirect<'w>,
 }
 
@@ -88,6 +91,7 @@ pub(super) struct Path<'w> {
     pub(super) geometry: &'w Geometry,
     pub(super) settings: &'w Settings,
     pub(super) layout: &'w Layout,
+    pub(super) view: &'w View,
     /// The values of the layout's channels.
     pub(super) values: &'w mut [f32],
     pub(super) strand: u64,
@@ -196,13 +200,14 @@ pub(crate) fn trace<M: Model>(
     index: u64,
     values: &mut [f32],
 ) -> Seen {
-    let Shared { settings, layout, indirect } = shared;
+    let Shared { settings, layout, view, indirect } = shared;
     values.fill(0.0);
-    let (mut sampler, u, mut ray) = camera_ray(geometry, settings, pixel, index);
+    let (mut sampler, u, mut ray) = camera_ray(geometry, view, settings, pixel, index);
     let mut path = Path {
         geometry,
         settings,
         layout,
+        view,
         values,
         strand: 0,
         throughput: [1.0; 3],
@@ -224,10 +229,7 @@ pub(crate) fn trace<M: Model>(
     for depth in 0.. {
         path.rays += 1;
         let hit = geometry.intersect(&ray);
-        let t = hit.map(|hit| match hit {
-            Hit::Curve(hit) => hit.entry.t,
-            Hit::Triangle(hit) => hit.t,
-        });
+        let t = hit.as_ref().map(Hit::t);
         let open = Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray };
         let from = (depth > 0).then_some(path.class);
         if let (true, Some(pdf)) = (geometry.lights.is_linked(), pdf) {
@@ -239,7 +241,7 @@ pub(crate) fn trace<M: Model>(
         }
         let Some((hit, t)) = hit.zip(t) else {
             if let (0, Some(background)) = (depth, &geometry.background) {
-                let uv = geometry.view.place(settings.size, pixel, settings.filter, u);
+                let uv = view.place(settings.size, pixel, settings.filter, u);
                 path.add(background.at(&geometry.textures, settings.size, uv), background.group, depth);
                 break;
             }
@@ -305,14 +307,16 @@ pub(crate) fn trace<M: Model>(
 /// of the path follow.
 pub(crate) fn camera_ray(
     geometry: &Geometry,
+    view: &View,
     settings: &Settings,
     pixel: [usize; 2],
     index: u64,
 ) -> (Sampler, [f32; 4], Ray) {
     let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
     let u = sampler.next();
-    let [time, detail, ..] = if geometry.moves || geometry.is_simplified { sampler.next() } else { [0.0; 4] };
-    (sampler, u, Ray { detail, ..geometry.view.ray(settings.size, pixel, settings.filter, u, time) })
+    let draws = geometry.things_move || view.moves() || geometry.is_simplified;
+    let [time, detail, ..] = if draws { sampler.next() } else { [0.0; 4] };
+    (sampler, u, Ray { detail, ..view.ray(settings.size, pixel, settings.filter, u, time) })
 }
 
 /// The angle over which a direction with this density per solid angle spreads: the width of a box with the same

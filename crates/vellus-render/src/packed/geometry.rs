@@ -65,7 +65,7 @@ impl Closed {
 
 pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, Lacking> {
     let mut before = Before::default();
-    let mut closed = Closed { states: 1 + usize::from(geometry.moves), ..Closed::default() };
+    let mut closed = Closed { states: 1 + usize::from(geometry.moves()), ..Closed::default() };
     let (mut sets, mut meshes) = (Vec::new(), Vec::new());
     let mut fibers = Fibers::default();
     let (mut set, mut waiting) = (0, 0);
@@ -91,7 +91,7 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             sets.push([before.points, basis, records[0], records[1]]);
             sets.push([starts, strands.len() as u32, geometry.strands_before[set], uv]);
             packed.points.extend(strands.points.iter().map(|p| p.to_array()));
-            if geometry.moves {
+            if geometry.moves() {
                 let at = |(i, p): (usize, &glam::Vec4)| strands.moved.as_ref().map_or(*p, |moved| moved[i].extend(p.w));
                 closed.points.extend(strands.points.iter().enumerate().map(|point| at(point).to_array()));
             }

@@ -218,7 +218,7 @@ impl World {
         let [sky, lamp, profile] = lights.images;
         let all = [
             layout.has(Layer::Lobes),
-            geometry.moves,
+            geometry.moves(),
             !geometry.instances.is_empty(),
             own.sets[2] > 0,
             geometry.lights.is_linked(),

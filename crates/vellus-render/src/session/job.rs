@@ -4,6 +4,7 @@ use super::keeper::Keeper;
 use super::notes::{layers_note, take_layers};
 use super::{End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
+use crate::fill::Shot;
 use crate::film::attributes::camera_notes;
 use crate::film::checkpoint::Checkpoint;
 use crate::film::denoised::Denoise;
@@ -64,6 +65,8 @@ pub struct Job {
     pub film: bool,
     /// Computes the samples instead of the processor: see [`Session::set_tracer`].
     pub tracer: Option<Box<dyn SampleTracer>>,
+    /// The frames before, in a shot where only the camera moves: see [`Session::set_shot`].
+    pub shot: Option<Shot>,
     /// The picture is also written without noise.
     pub denoiser: Option<Box<dyn Denoise>>,
     /// Continue from samples that an earlier job kept.
@@ -101,6 +104,7 @@ impl Job {
             picture,
             film: false,
             tracer: None,
+            shot: None,
             denoiser: None,
             resume: false,
             interval: Duration::from_secs(60),
@@ -133,6 +137,9 @@ impl Job {
         let mut session = Session::new(world, self.options.clone())?;
         if let Some(tracer) = self.tracer.take() {
             session.set_tracer(tracer);
+        }
+        if let Some(shot) = self.shot.take() {
+            session.set_shot(shot);
         }
         if self.resume {
             keeper.resume(&mut session, &mut report)?;

@@ -34,6 +34,7 @@ pub use picture::{BACKGROUND_NOTE, Picture, SAMPLES_NOTE, end_notes, is_finished
 pub use store::{Found, Store, read_film, write_film};
 
 use crate::error::Error;
+use crate::fill::{Fill, Shot};
 use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
 use crate::film::tiles::{is_planned_at, next_plan};
 use crate::film::{Film, Layer, picture::Notes};
@@ -173,6 +174,8 @@ pub struct Session<'w> {
     settings: Settings,
     /// Computes the samples instead of the processor.
     tracer: Option<Box<dyn SampleTracer>>,
+    /// The frames that fill the cache, too.
+    shot: Option<Shot>,
     /// Filled before the first pass, if the settings have one. It grows with the samples.
     cache: Option<RadianceCache>,
     goals: Goals,
@@ -198,13 +201,29 @@ impl<'w> Session<'w> {
         let empty = samples.start..samples.start;
         let checkpoint = Checkpoint { identity, samples: empty, planned: samples.end, notes, film };
         let statistics = Statistics::default();
-        Ok(Session { world, settings, tracer: None, cache: None, goals, exact, pass, checkpoint, statistics })
+        Ok(Session {
+            world,
+            settings,
+            tracer: None,
+            shot: None,
+            cache: None,
+            goals,
+            exact,
+            pass,
+            checkpoint,
+            statistics,
+        })
     }
 
     /// Lets another tracer compute the samples: that of a GPU. It must be one for the world, the settings and the
     /// layers of this session.
     pub fn set_tracer(&mut self, tracer: Box<dyn SampleTracer>) {
         self.tracer = Some(tracer);
+    }
+
+    /// Lets the frames before fill the radiance cache, too.
+    pub fn set_shot(&mut self, shot: Shot) {
+        self.shot = Some(shot);
     }
 
     /// Continues from the samples of an earlier session. Its notes are not taken over.
@@ -295,7 +314,8 @@ impl<'w> Session<'w> {
         let (next, layout) = (self.checkpoint.samples.end, self.checkpoint.film.layout());
         if self.checkpoint.film.samples() < self.goals.samples {
             let (cache, samples) = (self.cache.take(), samples_for(least, next));
-            self.cache = Some(self.world.grown_cache(&self.settings, layout, cache, samples, progress, report)?);
+            let fill = Fill { settings: &self.settings, layout, shot: self.shot.as_ref(), progress };
+            self.cache = Some(fill.grow(self.world, cache, samples, report)?);
         }
         Ok(())
     }

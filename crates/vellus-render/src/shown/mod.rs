@@ -169,6 +169,7 @@ fn measure(geometry: &mut Geometry, roots: &Roots, owners: &[BTreeSet<usize>]) -
     let lights = std::mem::replace(&mut geometry.lights, lights);
     let (view, background, looks) = (geometry.view, geometry.background.take(), geometry.looks.clone());
     let surfaces = geometry.surfaces.clone();
+    geometry.update_motion();
 
     let tables: Vec<Option<CoatColors>> = looks.iter().map(|look| CoatColors::new(&look.fiber).ok()).collect();
     let mut seen: Vec<Seen> = Vec::new();
@@ -189,7 +190,8 @@ fn measure(geometry: &mut Geometry, roots: &Roots, owners: &[BTreeSet<usize>]) -
     geometry.background = background;
     geometry.looks = looks;
     geometry.surfaces = surfaces;
-    geometry.set_view(view);
+    geometry.view = view;
+    geometry.update_motion();
     let of_look = |(look, table): (usize, &Option<CoatColors>)| shown(&seen, look, table.as_ref()?);
     tables.iter().enumerate().map(of_look).collect()
 }
@@ -225,7 +227,6 @@ fn look_at(geometry: &mut Geometry, roots: &Roots) -> Seen {
     let angle = 2.0 * (1.0 / DISTANCE).atan();
     let settings = Settings { mode: Mode::Near, ..Settings::new([SIZE; 2]) };
     let layout = Layout::new(&[], &[]);
-    let shared = Shared { settings: &settings, layout: &layout, indirect: Indirect::Traced };
     let fibers: Fibers<Bcsdf<'static>> = match Fibers::new(geometry.all_strands(), &geometry.looks, Bcsdf::new) {
         Ok(fibers) => fibers,
         Err(error) => unreachable!("the looks were valid: {error}"),
@@ -236,10 +237,11 @@ fn look_at(geometry: &mut Geometry, roots: &Roots) -> Seen {
     for (i, &(middle, radius)) in spheres.iter().cycle().take(VIEWS).enumerate() {
         let toward = fibonacci(i, VIEWS);
         let up = toward.any_orthonormal_vector();
-        geometry.set_view(View::new(Camera::look_at(middle + DISTANCE * radius * toward, middle, up, angle, 1.0)));
+        geometry.view = View::new(Camera::look_at(middle + DISTANCE * radius * toward, middle, up, angle, 1.0));
         let geometry = &*geometry;
         let settings = Settings { seed: i as u32, ..settings };
-        let shared = Shared { settings: &settings, ..shared };
+        let view = &geometry.view;
+        let shared = Shared { settings: &settings, layout: &layout, view, indirect: Indirect::Traced };
         let rows: Vec<Seen> = (0..SIZE)
             .into_par_iter()
             .map(|y| {
@@ -309,7 +311,7 @@ impl Roots {
 
     /// Whether the camera sees skin with fur in a sample of a pixel.
     fn is_near(&self, geometry: &Geometry, settings: &Settings, pixel: [usize; 2], index: u64) -> bool {
-        let (_, _, ray) = camera_ray(geometry, settings, pixel, index);
+        let (_, _, ray) = camera_ray(geometry, &geometry.view, settings, pixel, index);
         match geometry.intersect(&ray) {
             Some(Hit::Triangle(hit)) => self.cells.contains(&cell(ray.at(hit.t), self.side)),
             _ => false,

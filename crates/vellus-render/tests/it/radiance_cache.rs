@@ -1,10 +1,11 @@
 //! Properties of pictures with a radiance cache.
 
 use crate::common::{dome, mean, noise};
-use glam::{Vec3, Vec4};
+use glam::{Quat, Vec3, Vec4};
+use std::sync::Arc;
 use vellus::{Fiber, Species};
 use vellus_render::session::{Options, Session};
-use vellus_render::{Error, Film, Layer, Settings, World};
+use vellus_render::{Error, Film, Kept, Layer, Settings, Shot, World};
 use vellus_scene::{Basis, Camera, LightShape, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
 
@@ -185,6 +186,39 @@ fn a_cached_picture_does_not_depend_on_its_division() {
     session.resume(run(0..19)).unwrap();
     session.run(&(), |_| Ok::<(), Error>(())).unwrap();
     assert!(*session.film() == whole);
+}
+
+/// The cache of a frame has records of the frames before, which were traced with their cameras, or that a process kept.
+/// Neither a camera that sees something else nor one that did not move changes a picture.
+#[test]
+fn frames_share_their_records() {
+    let turned = |turn: f32| {
+        let eye = Quat::from_rotation_y(turn) * Vec3::new(0.1, 0.2, 3.0);
+        Camera::look_at(eye, Vec3::ZERO, Vec3::Y, 0.3, 1.0)
+    };
+    let mut world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
+    let mut render = |frame: i32, turn: &dyn Fn(i32) -> f32, kept: Arc<Kept>| {
+        world.set_camera(turned(turn(frame))).unwrap();
+        let mut session = Session::new(&world, Options::new(with_cache(7, 8), 40)).unwrap();
+        let earlier = (1..Shot::FRAMES as i32).map(|k| turned(turn(frame - k))).collect();
+        session.set_shot(Shot { frame, earlier, kept });
+        session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+        session.into_checkpoint().film
+    };
+    let turn = |frame| 0.02 * frame as f32;
+    let kept = Arc::default();
+    let in_order: Vec<Film> = (0..12).map(|frame| render(frame, &turn, Arc::clone(&kept))).collect();
+    for frame in [0, 3, 11] {
+        assert!(in_order[frame as usize] == render(frame, &turn, Arc::default()), "{frame}");
+    }
+    // Frame 11 and a camera that jumps there, or stays there.
+    let jumps = render(11, &|frame| if frame < 11 { 2.0 } else { turn(11) }, Arc::default());
+    let stays = render(11, &|_| turn(11), Arc::default());
+    assert!(jumps == stays && jumps != in_order[11]);
+    world.set_camera(turned(turn(11))).unwrap();
+    let mut session = Session::new(&world, Options::new(with_cache(7, 8), 40)).unwrap();
+    session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+    assert!(stays == session.into_checkpoint().film);
 }
 
 /// A cache is not visible in a mirror: the ray from a smooth metal surface is narrower than its cells, so the picture

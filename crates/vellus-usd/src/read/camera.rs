@@ -3,7 +3,8 @@
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::settings::Settings;
-use crate::read::xform::{Place, rigid};
+use crate::read::xform::{self, Place, rigid};
+use crate::stage::Clock;
 use crate::warning::Fault;
 use glam::DMat4;
 use vellus_scene::Camera;
@@ -49,6 +50,37 @@ pub(crate) fn shutter(reader: &mut Reader, camera: &str, settings: &Settings) ->
         }
         shutter => shutter,
     }
+}
+
+/// The cameras of the frames before: see [`Reading::earlier`](crate::Reading::earlier). `places` are those of the frame.
+pub(crate) fn earlier(
+    reader: &mut Reader,
+    paths: &[String],
+    places: &[Place],
+    chosen: Option<&str>,
+    settings: &Settings,
+) -> Result<Vec<Camera>, Error> {
+    let (stage, mut cameras) = (reader.stage, Vec::new());
+    let clock = stage.clock();
+    if reader.scene.camera.is_none() || clock.is_timeless() || stage.varies() {
+        return Ok(cameras);
+    }
+    // What is wrong with the camera and the transforms was said for the frame itself.
+    let warnings = std::mem::take(&mut reader.warnings);
+    for k in 1..=reader.options.earlier {
+        let [frame, open, close] = [clock.frame, clock.open, clock.close].map(|time| time - k as f64);
+        stage.set_clock(Clock { frame, open, close });
+        let before = xform::places(reader, paths)?;
+        if !before.iter().zip(places).all(|(before, now)| before.is_like(now)) {
+            break;
+        }
+        let Some(place) = before.iter().find(|place| Some(place.path.as_str()) == chosen) else { break };
+        let Ok(Some(camera)) = read(reader, place, settings) else { break };
+        cameras.push(camera);
+    }
+    reader.warnings = warnings;
+    stage.set_clock(clock);
+    Ok(cameras)
 }
 
 /// Reads a perspective camera. Returns `None` with a warning for other projections.

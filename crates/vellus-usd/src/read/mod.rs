@@ -49,7 +49,7 @@ use crate::warning::{Fault, Warning};
 use std::collections::HashMap;
 use std::path::Path;
 use vellus::Fiber;
-use vellus_scene::Units;
+use vellus_scene::{Camera, Units};
 
 /// Reads a file (.usda, .usdc, .usdz) and the files that it refers to.
 ///
@@ -93,7 +93,7 @@ fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Readin
     let (units, ignored) = stage.units().map_err(broken)?;
     reader.scene.units = Some(units);
     ignored.iter().for_each(|what| reader.warnings.add("/", *what));
-    let (settings, places) = read_prims(&mut reader, file, &paths)?;
+    let (settings, places, earlier) = read_prims(&mut reader, file, &paths)?;
     // Composition goes on while prims are read.
     for (place, what) in stage.composition_faults().map_err(broken)? {
         let what = format!("{what}: what it would bring in is left out");
@@ -123,7 +123,7 @@ fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Readin
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings, networks, settings, shot, sources: stage.sources() })
+    Ok(Reading { scene, warnings, networks, settings, shot, earlier, sources: stage.sources() })
 }
 
 /// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.
@@ -169,7 +169,7 @@ fn read_prims(
     reader: &mut Reader,
     file: &Path,
     paths: &[String],
-) -> Result<(Option<RenderSettings>, Vec<Place>), Error> {
+) -> Result<(Option<RenderSettings>, Vec<Place>, Vec<Camera>), Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
     let settings = settings::read(reader, paths)?;
@@ -209,6 +209,7 @@ fn read_prims(
     } else {
         reader.stage_size = subdivision::stage_size(reader, &places);
     }
+    reader.stage.watch_time();
     reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
@@ -251,7 +252,8 @@ fn read_prims(
         }
     }
     link::read(reader, &places)?;
-    Ok((settings.picture, places))
+    let earlier = camera::earlier(reader, paths, &places, chosen.as_deref(), &settings)?;
+    Ok((settings.picture, places, earlier))
 }
 
 /// Whether prims of a type are strands or meshes in a picture.

@@ -4,7 +4,7 @@ use crate::read::settings::RenderSettings;
 use crate::warning::Warning;
 use vellus::Fiber;
 use vellus_io::Sources;
-use vellus_scene::Scene;
+use vellus_scene::{Camera, Scene};
 
 /// Settings that a file does not contain.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Options {
     /// When the shutter opens and closes, in time codes relative to [`Options::frame`]. Overrides the shutter of the
     /// camera.
     pub shutter: Option<[f64; 2]>,
+    /// How many frames before [`Options::frame`] the camera is read of: see [`Reading::earlier`].
+    pub earlier: usize,
     /// The fibre of curves whose material has no VellusFur shader.
     pub fallback: Fiber,
     /// The fibre whose parameters complete a shading network of another program: the medulla and the cuticle's layers.
@@ -40,6 +42,7 @@ impl Default for Options {
             frame: None,
             camera: None,
             shutter: None,
+            earlier: 0,
             fallback: Fiber::hair(),
             network_base: Fiber::hair(),
             instances: false,
@@ -74,6 +77,9 @@ pub struct Reading {
     pub settings: Option<RenderSettings>,
     /// The time and the lens of the picture.
     pub shot: Shot,
+    /// The cameras of the [`Options::earlier`] frames before, the nearest first, up to the first frame in which
+    /// something has another place. Empty if anything but a transform or the camera may change with time.
+    pub earlier: Vec<Camera>,
     /// All files that were read: layers and textures. A package (.usdz) counts as one file.
     pub sources: Sources,
 }

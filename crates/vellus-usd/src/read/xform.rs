@@ -1,6 +1,7 @@
 //! Transforms, visibility and purpose of prims, inherited from parent to child.
 
 use crate::error::Error;
+use crate::read::GROUPS;
 use crate::read::context::Reader;
 use crate::read::motion::{BENDS, STRAIGHT};
 use crate::stage::When;
@@ -29,6 +30,13 @@ pub(crate) struct Place {
 }
 
 impl Place {
+    /// Whether a prim looks the same in another frame. What is below a group has places of its own.
+    pub fn is_like(&self, other: &Place) -> bool {
+        let of = |place: &Place| (place.to_world, place.moved, place.shown);
+        let kind = self.type_name.as_str();
+        kind == "Camera" || GROUPS.contains(&kind) || !(self.shown || other.shown) || of(self) == of(other)
+    }
+
     /// Why a prim is not shown, in a few words. `None` if it is shown.
     pub fn hidden(&self) -> Option<String> {
         match (self.shown, self.visible) {

@@ -286,10 +286,14 @@ impl Stage {
         if self.files.splines.get()
             && let Some(value) = self.ask(prim, |prim| self.of_spline(prim, name, time))?
         {
+            self.varies.set(self.varies.get().map(|_| true));
             return Ok(value.map(sdf::Value::Double));
         }
         self.ask(prim, |prim| {
             let attribute = self.attribute(prim, name)?;
+            if self.varies.get() == Some(false) && attribute.value_might_be_time_varying()? {
+                self.varies.set(Some(true));
+            }
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
         })

@@ -99,6 +99,8 @@ pub(crate) struct Stage {
     stage: usd::Stage,
     /// The times that are read.
     clock: Cell<Clock>,
+    /// Whether a value that was read may change with time. `None` before [`Stage::watch_time`].
+    varies: Cell<Option<bool>>,
     members: Members,
     files: Rc<Files>,
     classes: Classes,
@@ -152,6 +154,7 @@ impl Stage {
         Ok(Stage {
             stage,
             clock: Cell::new(Clock { frame: open, open, close: open }),
+            varies: Cell::new(None),
             members: Members::default(),
             files,
             classes: Classes::default(),
@@ -217,6 +220,21 @@ impl Stage {
     /// The times that are read.
     pub fn clock(&self) -> Clock {
         self.clock.get()
+    }
+
+    /// Reads other times from now on.
+    pub fn set_clock(&self, clock: Clock) {
+        self.clock.set(clock);
+    }
+
+    /// Notes from now on whether a value may change with time: see [`Stage::varies`].
+    pub fn watch_time(&self) {
+        self.varies.set(Some(false));
+    }
+
+    /// Whether a value that was read since [`Stage::watch_time`] may change with time.
+    pub fn varies(&self) -> bool {
+        self.varies.get() == Some(true)
     }
 
     /// Sets when the shutter opens and closes, in time codes relative to the frame.

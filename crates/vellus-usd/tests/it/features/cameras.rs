@@ -46,6 +46,51 @@ def Xform \"rig\" {
     assert!(error.contains("no camera called none"), "{error}");
 }
 
+/// The cameras of the frames before, as long as only the camera and what holds it move.
+#[test]
+fn the_cameras_of_earlier_frames_are_those_of_the_frames() {
+    let stage = |points: &str, color: &str| {
+        format!(
+            "( startTimeCode = 1 endTimeCode = 9 )
+            def Xform \"groom\" {{
+                double3 xformOp:translate.timeSamples = {{ 3: (0, 0, 0), 4: (1, 0, 0) }}
+                uniform token[] xformOpOrder = [\"xformOp:translate\"]
+                def BasisCurves \"b\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2]
+                    point3f[] points{points} float[] widths = [1, 1] }}
+            }}
+            def DistantLight \"sun\" {{ color3f inputs:color{color} }}
+            def Xform \"rig\" {{
+                double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 1), 9: (0, 8, 1) }}
+                uniform token[] xformOpOrder = [\"xformOp:translate\"]
+                def Camera \"c\" {{ float focalLength.timeSamples = {{ 1: 50, 9: 58 }} double shutter:close = 0.5 }}
+            }}"
+        )
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let read = |text: &str, frame: Option<f64>| {
+        let file = folder.path().join("shot.usda");
+        std::fs::write(&file, format!("#usda 1.0\n{text}")).unwrap();
+        vellus_usd::read(&file, &Options { frame, earlier: 5, ..Options::default() }).unwrap()
+    };
+    let one = "= [(0,0,0), (1,0,0)]";
+    let still = stage(one, "= (1, 1, 1)");
+    // The groom moves from frame 3 to 4.
+    for (frame, count) in [(2.0, 5), (3.0, 0), (4.0, 0), (6.0, 2), (8.0, 4), (20.0, 5)] {
+        let reading = read(&still, Some(frame));
+        assert_eq!((reading.earlier.len(), said(&reading.warnings).as_str()), (count, ""), "{frame}");
+        for (k, camera) in reading.earlier.iter().enumerate() {
+            assert_eq!(Some(*camera), read(&still, Some(frame - 1.0 - k as f64)).scene.camera, "{frame} {k}");
+        }
+        assert_eq!(reading.scene.camera, read(&still, Some(frame)).scene.camera);
+    }
+    let bends = stage(".timeSamples = { 1: [(0,0,0), (1,0,0)], 9: [(0,0,0), (1,1,0)] }", "= (1, 1, 1)");
+    let sunset = stage(one, ".timeSamples = { 1: (1, 1, 1), 9: (1, 0, 0) }");
+    let timeless = still.split_once(')').unwrap().1.to_owned();
+    for (text, frame) in [(bends, Some(8.0)), (sunset, Some(8.0)), (timeless, None)] {
+        assert!(read(&text, frame).earlier.is_empty(), "{text}");
+    }
+}
+
 #[test]
 fn units_are_kept_and_unsupported_camera_settings_warn() {
     let with = |metadata: &str| {
