@@ -1,4 +1,4 @@
-"""Registers and instructions of the near and the far field, as compilers for AMD's and NVIDIA's GPUs count them.
+"""Registers and instructions of both fields and of the reduced model, as compilers for AMD's and NVIDIA's GPUs count.
 
     vellus shaders shaders
     python lab/shaders/registers.py shaders
@@ -25,6 +25,17 @@ KERNELS = {
     "sample": "let drawn = vellus_sample(&hit, query.u); answer.direction = vec4<f32>(drawn.wi, drawn.pdf);"
     " answer.weight = vec4<f32>(drawn.weight, f32(drawn.lobe));",
 }
+# The reduced model has no queries.
+REDUCED = """
+struct Query { wo: vec3<f32>, wi: vec3<f32>, fur: VellusFur }
+@group(0) @binding(0) var<storage, read> queries: array<Query>;
+@group(0) @binding(1) var<storage, read_write> answers: array<vec3<f32>>;
+@compute @workgroup_size(64) fn run(@builtin(global_invocation_id) id: vec3<u32>) {
+    var hit: VellusReduced;
+    vellus_reduced_hit(&hit, queries[id.x].fur, queries[id.x].wo);
+    answers[id.x] = vellus_reduced_eval(&hit, queries[id.x].wi);
+}
+"""
 KERNELS["both"] = " ".join(KERNELS.values())
 
 
@@ -38,7 +49,13 @@ def kernels(folder: Path):
         for name, calls in KERNELS.items():
             calls = re.sub(r"vellus_(eval|sample)", rf"vellus_{far}\1", calls)
             body = f"var answer: Answer;\n{calls}\nanswers[id.x] = answer;\n}}\n"
-            yield f"{field}, {name}", f"{text}\n{head}{body}", f"run_{far}queries"
+            kernel = f"{text}\n{head}{body}"
+            yield f"{field}, {name}", kernel, f"run_{far}queries"
+            if (field, name) == ("near", "value and density"):
+                hit = "vellus_hit_colored(&hit, query.fiber, 256u, VellusPigment(query.u.xyz, query.u.yzw),"
+                kernel = kernel.replace("vellus_hit(&hit, query.fiber,", hit)
+                yield "near, value and density of other absorption", kernel, "run_queries"
+    yield "reduced, value", (folder / "vellus-reduced.wgsl").read_text() + REDUCED, "run"
 
 
 def amd(spirv: Path, entry: str, family: str):

@@ -511,6 +511,13 @@ enum VellusStatus vellus_shader_fiber(const struct VellusFiber *fiber,
                                       size_t capacity,
                                       size_t *count);
 
+// What a fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the buffer of
+// the records, whose first one the shader gets. Arguments as for vellus_shader_tables().
+enum VellusStatus vellus_shader_color(const struct VellusFiber *fiber,
+                                      float *rows,
+                                      size_t capacity,
+                                      size_t *count);
+
 // The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
 // Its size depends on the fibre: 18 MB at most. Each call makes the table again, also one that asks for the number of
 // rows.

@@ -41,7 +41,7 @@ pub use parameters::{vellus_parameters_hair, vellus_parameters_nearest_reflectan
 pub use parameters::{vellus_parameters_set, vellus_parameters_set_word, vellus_species_count, vellus_species_name};
 pub use query::{VELLUS_LOBES, VellusLobe, VellusSample, vellus_fiber_energy, vellus_fiber_eval};
 pub use query::{vellus_fiber_eval_lobes, vellus_fiber_eval_pdf, vellus_fiber_pdf, vellus_fiber_sample};
-pub use shader::{vellus_shader_far_table, vellus_shader_fiber, vellus_shader_tables};
+pub use shader::{vellus_shader_color, vellus_shader_far_table, vellus_shader_fiber, vellus_shader_tables};
 pub use status::{VELLUS_ABI_VERSION, VellusStatus, vellus_abi_version, vellus_last_error, vellus_version};
 pub use window::vellus_window_range;
 pub use window::{VellusWindow, vellus_window_cell, vellus_window_far, vellus_window_near, vellus_window_pixel};

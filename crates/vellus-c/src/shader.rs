@@ -50,6 +50,19 @@ pub unsafe extern "C" fn vellus_shader_fiber(
     guard(|| unsafe { copy(&packed::fiber(round(fiber)?), rows, capacity, count) })
 }
 
+/// What a fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the buffer of
+/// the records, whose first one the shader gets. Arguments as for vellus_shader_tables().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_shader_color(
+    fiber: *const VellusFiber,
+    rows: *mut f32,
+    capacity: usize,
+    count: *mut usize,
+) -> VellusStatus {
+    // SAFETY: the rules of the crate.
+    guard(|| unsafe { copy(&packed::color(round(fiber)?), rows, capacity, count) })
+}
+
 /// The far field of a fibre in shaders: a table that `vellus_far_row` reads. Arguments as for vellus_shader_tables().
 /// Its size depends on the fibre: 18 MB at most. Each call makes the table again, also one that asks for the number of
 /// rows.

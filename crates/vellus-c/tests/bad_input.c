@@ -140,6 +140,9 @@ static void shaders(const VellusFiber *fiber)
     NULL_POINTER(vellus_shader_fiber(NULL, rows[0], 2, &count), "fiber");
     NULL_POINTER(vellus_shader_fiber(fiber, NULL, 2, &count), "rows");
     NULL_POINTER(vellus_shader_fiber(fiber, rows[0], 2, NULL), "count");
+    NULL_POINTER(vellus_shader_color(NULL, rows[0], 2, &count), "fiber");
+    NULL_POINTER(vellus_shader_color(fiber, NULL, 2, &count), "rows");
+    NULL_POINTER(vellus_shader_color(fiber, rows[0], 2, NULL), "count");
     NULL_POINTER(vellus_shader_far_table(NULL, rows[0], 2, &count), "fiber");
     NULL_POINTER(vellus_shader_far_table(fiber, NULL, 2, &count), "rows");
     NULL_POINTER(vellus_shader_far_table(fiber, rows[0], 2, NULL), "count");

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use vellus::{Bcsdf, Species};
 use vellus_gpu::{
-    FAR_FIELD, FAR_QUERIES, Field, Language, QUERIES, converted, glsl_include, hlsl_include, shader_far_table,
-    shader_fiber, shader_library, shader_tables,
+    FAR_FIELD, FAR_QUERIES, Field, Functions, Language, QUERIES, converted, glsl_include, hlsl_include,
+    reduced_library, shader_color, shader_far_table, shader_fiber, shader_library, shader_tables, shader_tables_half,
 };
 
 #[derive(clap::Args)]
@@ -34,7 +34,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let library = library()?;
     let mut names: BTreeSet<String> = library.iter().map(|(name, _)| name.clone()).collect();
-    for name in fibers.iter().flat_map(|(name, _)| [format!("{name}.bin"), format!("{name}-far.bin")]) {
+    for name in fibers.iter().flat_map(|(name, _)| ENDINGS.map(|end| format!("{name}{end}"))) {
         // Some file systems do not tell upper and lower case apart.
         if !names.insert(name.to_lowercase()) {
             bail!("--fiber: two files would have the name {name}: rename a file of a fibre");
@@ -50,11 +50,16 @@ pub fn run(args: &Args) -> Result<()> {
         write(name, contents)?;
     }
     for (name, bcsdf) in &fibers {
-        write(&format!("{name}.bin"), &bytes(&shader_fiber(bcsdf)))?;
-        write(&format!("{name}-far.bin"), &bytes(&shader_far_table(bcsdf)))?;
+        let contents = [&shader_fiber(bcsdf)[..], &shader_color(bcsdf), &shader_far_table(bcsdf)];
+        for (end, rows) in ENDINGS.iter().zip(contents) {
+            write(&format!("{name}{end}"), &bytes(rows))?;
+        }
     }
     Ok(())
 }
+
+/// The files of a fibre: its record, its colour record, and its far field.
+const ENDINGS: [&str; 3] = [".bin", "-color.bin", "-far.bin"];
 
 /// The fibres that were asked for.
 fn sources(args: &Args) -> Vec<FiberArgs> {
@@ -71,8 +76,11 @@ fn library() -> Result<Vec<(String, Vec<u8>)>> {
         ("queries.wgsl", QUERIES.to_owned()),
         ("vellus-far.wgsl", FAR_FIELD.to_owned()),
         ("far-queries.wgsl", FAR_QUERIES.to_owned()),
-        ("vellus.glsl", glsl_include()?),
-        ("vellus.hlsli", hlsl_include()?),
+        ("vellus.glsl", glsl_include(Functions::All)?),
+        ("vellus.hlsli", hlsl_include(Functions::All)?),
+        ("vellus-reduced.wgsl", reduced_library()),
+        ("vellus-reduced.glsl", glsl_include(Functions::Reduced)?),
+        ("vellus-reduced.hlsli", hlsl_include(Functions::Reduced)?),
     ];
     let mut files = Vec::from(texts.map(|(name, text)| (name.to_owned(), text.into_bytes())));
     for language in Language::ALL {
@@ -81,6 +89,8 @@ fn library() -> Result<Vec<(String, Vec<u8>)>> {
         }
     }
     files.push(("tables.bin".to_owned(), bytes(&shader_tables())));
+    let half = shader_tables_half().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    files.push(("tables-half.bin".to_owned(), half));
     Ok(files)
 }
 

@@ -172,8 +172,14 @@ fn vellus_half_value(half: VellusHalf, r: u32, j: u32) -> f32 {
 // The cumulative integral of component `r` up to a node, under the weight of light that leaves.
 fn vellus_half_sum(half: VellusHalf, r: u32, j: u32) -> f32 {
     let part = select(VELLUS_BACKWARD_CONE_COLUMNS, VELLUS_FORWARD_CONE_COLUMNS, half.forward);
-    let row = part + 2u * (r * half.nodes + j);
-    return dot(half.a, vellus_table(row)) + dot(half.b, vellus_table(row + 1u).xy);
+    // Six numbers, a row and a half.
+    let index = r * half.nodes + j;
+    let row = part + 3u * index / 2u;
+    let low = vellus_table(row);
+    let high = vellus_table(row + 1u);
+    let is_odd = index % 2u == 1u;
+    let first = select(low, vec4<f32>(low.zw, high.xy), is_odd);
+    return dot(half.a, first) + dot(half.b, select(high.xy, high.zw, is_odd));
 }
 
 // The weight of light that leaves at a node.

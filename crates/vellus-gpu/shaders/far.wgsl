@@ -20,9 +20,10 @@ fn vellus_far_hit(hit: ptr<function, VellusHit>, fiber: u32, table: u32, wo: vec
     if (*hit).scatters {
         let sin_t = sin_o / vellus_fiber(fiber, VELLUS_OPTICS).x;
         let cos_t = sqrt(max((1.0 - sin_t) * (1.0 + sin_t), 1e-12));
-        let reflects = vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0;
+        let gain = vellus_fiber(fiber, VELLUS_CORTEX).w;
+        let reflects = gain > 0.0;
         let theta = vellus_atan2(select(sin_o, sin_t, reflects), select(cos_o, cos_t, reflects));
-        vellus_prepare_inclination(hit, fiber, theta);
+        vellus_prepare_inclination(hit, fiber, theta, gain);
     }
     let head = vellus_far_row(table);
     let rest = max(1.0 - vellus_atan2(abs(sin_o), cos_o) * (2.0 / VELLUS_PI), 0.0);

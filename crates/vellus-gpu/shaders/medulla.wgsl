@@ -1,11 +1,10 @@
 // The light scattered by the medulla: C^N and C^M (Yan17 Eq. 10 and 19) from tables. Each profile is a mixture of the
 // same densities. Its weights are products of one factor per parameter.
 
-// Prepares C^M for the inclination at which light enters.
-fn vellus_prepare_inclination(hit: ptr<function, VellusHit>, fiber: u32, theta: f32) {
+// Prepares C^M for the inclination at which light enters. `gain` is that of the backward half, 0 if the exit is open.
+fn vellus_prepare_inclination(hit: ptr<function, VellusHit>, fiber: u32, theta: f32, gain: f32) {
     let shift = abs(theta);
     let at = vellus_on(shift * VELLUS_THETA_MAX_INVERSE, VELLUS_FORWARD_OFFSET_NODES);
-    let gain = vellus_fiber(fiber, VELLUS_CORTEX).w;
     (*hit).theta = shift;
     (*hit).inclination_mirror = select(1.0, -1.0, theta < 0.0);
     // The integrals of both halves of the light that leaves, and of all light. Both are equal without refraction.

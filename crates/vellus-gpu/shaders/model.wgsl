@@ -74,26 +74,39 @@ fn vellus_begin(hit: ptr<function, VellusHit>, fiber: u32, wo: vec3<f32>, sin_o:
 // Prepares a hit, in place: compilers keep a copy of its arrays for each function that returns it. `fiber` is the index
 // of a prepared fibre, `offset` is h in [-1, 1].
 fn vellus_hit(hit: ptr<function, VellusHit>, fiber: u32, wo: vec3<f32>, offset: f32) {
+    let cortex = vellus_fiber(fiber, VELLUS_CORTEX);
+    let path = vellus_begin_path(hit, fiber, wo, offset, cortex.w);
+    var exits = VellusExits();
+    if (*hit).scatters && cortex.w > 0.0 {
+        exits = vellus_record_exits(fiber, path);
+    }
+    let pigment = VellusPigment(cortex.xyz, vellus_fiber(fiber, VELLUS_MEDULLA).xyz);
+    vellus_attenuation(hit, fiber, path, pigment, exits);
+}
+
+// Everything that does not depend on absorption, except for the gain of the backward half.
+fn vellus_begin_path(
+    hit: ptr<function, VellusHit>, fiber: u32, wo: vec3<f32>, offset: f32, gain: f32
+) -> VellusPath {
     let sin_o = clamp(wo.x, -1.0, 1.0);
     let cos_o = length(wo.yz);
     let h = clamp(offset, -1.0, 1.0);
     vellus_begin(hit, fiber, wo, sin_o, cos_o);
-    let path = vellus_path(fiber, sin_o, cos_o, h);
+    var path = vellus_path(fiber, sin_o, cos_o, h);
     let twice = 2.0 * path.gamma_t;
     (*hit).exit = vec4<f32>(vec3<f32>(0.0, 1.0, 2.0) * (twice + VELLUS_PI) - 2.0 * path.gamma_o, 0.0);
     let first = path.gamma_t - path.gamma_o;
     (*hit).scattered_exit = vec2<f32>(first, first + VELLUS_PI + twice);
     let optics = vellus_fiber(fiber, VELLUS_OPTICS);
     (*hit).scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0 && abs(path.h_inside) < optics.y;
-    var mean_path = 0.0;
     if (*hit).scatters {
-        vellus_prepare_inclination(hit, fiber, path.theta);
-        mean_path = vellus_prepare_azimuth(hit, fiber, path);
-        if vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0 {
+        vellus_prepare_inclination(hit, fiber, path.theta, gain);
+        path.mean_path = vellus_prepare_azimuth(hit, fiber, path);
+        if gain > 0.0 {
             vellus_prepare_turns(hit, fiber, path, h, cos_o);
         }
     }
-    vellus_attenuation(hit, fiber, path, mean_path);
+    return path;
 }
 
 // The share of the light that each lobe carries: the integral of f cos over all wi.

@@ -17,19 +17,17 @@ struct VellusPath {
     // The reflected and the transmitted fraction.
     fresnel: vec2<f32>,
     sin2_t: f32,
+    // The mean path of scattered light in the medulla.
+    mean_path: f32,
 }
 
-// Two numbers with the ratio F : (1 - F), without divisions.
-fn vellus_fresnel_parts(eta: f32, layers: f32, cosine: f32, cos_t: f32) -> vec2<f32> {
-    let a = cosine;
-    let b = eta * cos_t;
-    let c = eta * cosine;
-    let d = cos_t;
-    let s = a * a + b * b;
-    let p = c * c + d * d;
-    let reflected = (a - b) * (a - b) * p + (c - d) * (c - d) * s;
-    let through = a * b * p + c * d * s;
-    return vec2<f32>(0.5 * layers * reflected, max(through, 1e-30));
+// How scattered light leaves a fibre whose cuticle reflects it, RGB: the share that leaves without absorption in the
+// medulla on the first path, the logarithm of what that absorption leaves, and the part of it that leaves when it first
+// meets the cuticle.
+struct VellusExits {
+    escape: vec3<f32>,
+    kept: vec3<f32>,
+    first: vec3<f32>,
 }
 
 fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
@@ -42,7 +40,7 @@ fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
     let cos_gamma_o = sqrt(cos2_gamma_o);
     let cos_t = sqrt(max((1.0 - sin_t) * (1.0 + sin_t), 1e-12));
     let cos_refracted = sqrt(max(1.0 - (1.0 - cos2 * cos2_gamma_o) / (eta * eta), 0.0));
-    let parts = vellus_fresnel_parts(eta, optics.w, cos_o * cos_gamma_o, cos_refracted);
+    let fresnel = vellus_fresnel(eta, optics.w, vec4<f32>(cos_o * cos_gamma_o), vec4<f32>(cos_refracted));
     // 1/eta' without cancellation for eta near 1 and for grazing light.
     let h_inside = h * (cos_o / sqrt(max((eta - 1.0) * (eta + 1.0) + cos2, 1e-20)));
     let offset = abs(h_inside);
@@ -58,7 +56,7 @@ fn vellus_path(fiber: u32, sin_o: f32, cos_o: f32, h: f32) -> VellusPath {
     path.s_c = max(cos_gamma_t - s_m, 0.0);
     path.s_m = s_m;
     path.elongation = 1.0 / cos_t;
-    path.fresnel = parts / (parts.x + parts.y);
+    path.fresnel = vec2<f32>(fresnel.reflected.x, fresnel.transmitted.x);
     path.sin2_t = sin_t * sin_t;
     return path;
 }
@@ -73,30 +71,39 @@ fn vellus_entry(fiber: u32, part: u32, c: f32, y: f32) -> vec4<f32> {
     return (square * c + linear) * c + constant;
 }
 
+// The exits of a prepared fibre.
+fn vellus_record_exits(fiber: u32, path: VellusPath) -> VellusExits {
+    let chord = path.s_m / max(vellus_fiber(fiber, VELLUS_OPTICS).y, VELLUS_TINY);
+    let y = path.sin2_t / VELLUS_MOST_SIN2;
+    return VellusExits(
+        vellus_entry(fiber, VELLUS_ESCAPE, chord, y).xyz,
+        vellus_entry(fiber, VELLUS_KEPT, chord, y).xyz,
+        vellus_entry(fiber, VELLUS_FIRST, chord, y).xyz
+    );
+}
+
 // The energy of each component in xyz, and the probability with which sampling chooses it in w. The components are the
-// six lobes and the diffuse part of the rest lobe. `mean_path` is the mean path of scattered light in the medulla.
-fn vellus_attenuation(hit: ptr<function, VellusHit>, fiber: u32, path: VellusPath, mean_path: f32) {
+// six lobes and the diffuse part of the rest lobe.
+fn vellus_attenuation(
+    hit: ptr<function, VellusHit>, fiber: u32, path: VellusPath, pigment: VellusPigment, exits: VellusExits
+) {
     let optics = vellus_fiber(fiber, VELLUS_OPTICS);
-    let cortex = vellus_fiber(fiber, VELLUS_CORTEX);
-    let medulla = vellus_fiber(fiber, VELLUS_MEDULLA);
     let kappa = optics.y;
-    let reflects = cortex.w > 0.0;
-    let sigma_ca = cortex.xyz;
-    let sigma_ma = medulla.xyz;
+    let reflects = vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0;
+    let sigma_ca = pigment.cortex;
+    let sigma_ma = pigment.medulla;
     let length_m = -2.0 * path.elongation * path.s_m;
     let unscattered = length_m * optics.z;
     let crossed = vellus_exp4(vec4<f32>(
         -2.0 * path.elongation * path.s_c * sigma_ca + length_m * sigma_ma + unscattered, unscattered
     ));
     var escape: vec3<f32>;
-    let chord = path.s_m / max(kappa, VELLUS_TINY);
-    let y = path.sin2_t / VELLUS_MOST_SIN2;
     if reflects {
-        let kept = min(vellus_entry(fiber, VELLUS_KEPT, chord, y).xyz, vec3<f32>(0.0));
-        escape = clamp(vellus_entry(fiber, VELLUS_ESCAPE, chord, y).xyz, vec3<f32>(0.0), vec3<f32>(1.0));
+        let kept = min(exits.kept, vec3<f32>(0.0));
+        escape = clamp(exits.escape, vec3<f32>(0.0), vec3<f32>(1.0));
         escape *= vellus_exp4(vec4<f32>(-path.elongation * path.s_c * sigma_ca + kept, 0.0)).xyz;
     } else {
-        let through = -path.elongation * ((path.s_c + 1.0 - kappa) * sigma_ca + kappa * mean_path * sigma_ma);
+        let through = -path.elongation * ((path.s_c + 1.0 - kappa) * sigma_ca + kappa * path.mean_path * sigma_ma);
         escape = vellus_exp4(vec4<f32>(through, 0.0)).xyz;
     }
     // The scattered fraction of one pass, without cancellation near 0.
@@ -115,7 +122,7 @@ fn vellus_attenuation(hit: ptr<function, VellusHit>, fiber: u32, path: VellusPat
     if reflects {
         // The light that leaves at its first encounter with the cuticle. No channel has more of it than the channel
         // with the most light.
-        let share = clamp(vellus_entry(fiber, VELLUS_FIRST, chord, y).xyz, vec3<f32>(0.0), vec3<f32>(1.0));
+        let share = clamp(exits.first, vec3<f32>(0.0), vec3<f32>(1.0));
         let most = max(escape.x, max(escape.y, escape.z));
         let squares = escape * escape;
         let limit = most * dot(share, squares) / max(squares.x + squares.y + squares.z, VELLUS_TINY);

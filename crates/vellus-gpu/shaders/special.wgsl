@@ -1,8 +1,34 @@
-// Special functions. The precision of WGSL's own inverse tangent, sine and logarithm is not enough for narrow lobes.
+// What all parts share: absorption, the cuticle, and special functions. The precision of WGSL's own inverse tangent,
+// sine and logarithm is not enough for narrow lobes.
 
 const VELLUS_PI = 3.14159265358979;
 const VELLUS_TAU = 6.28318530717959;
 const VELLUS_TINY = 1.17549435e-38;
+
+// Absorption of the cortex and of the medulla, RGB, per fibre radius, in [0, 1000].
+struct VellusPigment {
+    cortex: vec3<f32>,
+    medulla: vec3<f32>,
+}
+
+// The reflected and the transmitted fraction at four cosines of incidence.
+struct VellusFresnel {
+    reflected: vec4<f32>,
+    transmitted: vec4<f32>,
+}
+
+// The cuticle (Yan17 Eq. 4), from the cosines outside and inside.
+fn vellus_fresnel(eta: f32, layers: f32, outside: vec4<f32>, inside: vec4<f32>) -> VellusFresnel {
+    let b = eta * inside;
+    let c = eta * outside;
+    let s = outside * outside + b * b;
+    let p = c * c + inside * inside;
+    let reflected = (outside - b) * (outside - b) * p + (c - inside) * (c - inside) * s;
+    // Two numbers with the ratio F : (1 - F), without divisions.
+    let back = 0.5 * layers * reflected;
+    let through = max(outside * b * p + c * inside * s, vec4<f32>(1e-30));
+    return VellusFresnel(back / (back + through), through / (back + through));
+}
 
 // e^x for x <= 88. Arguments below -64 count as -64, so that products of tails are not subnormal.
 fn vellus_exp(x: f32) -> f32 {

@@ -1,6 +1,6 @@
 //! The library in other shading languages.
 
-use crate::library::{FAR_FIELD, Field, shader_library};
+use crate::library::{FAR_FIELD, Field, reduced_library, shader_library};
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -72,44 +72,65 @@ pub fn converted(language: Language, field: Field) -> Result<Vec<u8>, ConvertErr
     Ok(text.into_bytes())
 }
 
-/// The library in GLSL 4.30 for an engine's own shaders: the functions of both fields, without version, bindings and
-/// entry point. The file is `vellus.glsl`.
+/// The functions of a text to include.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Functions {
+    /// Those of both fields and of the reduced model.
+    All,
+    /// Those of the reduced model alone, which needs no buffers.
+    Reduced,
+}
+
+/// The library in GLSL 4.30 for an engine's own shaders: functions without version, bindings and entry point. The files
+/// are `vellus.glsl` and `vellus-reduced.glsl`.
 ///
-/// It declares `vec4 vellus_table(uint row)`, `vellus_row` and `vellus_far_row`. The shader that includes it defines
-/// them, before or after; the last one only if it calls functions of the far field.
+/// All functions need `vec4 vellus_table(uint row)`, `vellus_row` and `vellus_far_row`, which the text declares. The
+/// shader that includes it defines them, before or after; the last one only if it calls functions of the far field.
 ///
 /// # Errors
 /// [`ConvertError`] with the message of naga.
-pub fn glsl_include() -> Result<String, ConvertError> {
-    let (module, info) = parsed(&closed())?;
+pub fn glsl_include(functions: Functions) -> Result<String, ConvertError> {
+    let (module, info) = parsed(&closed(functions))?;
     let text = to_glsl(&module, &info, ENTRY).map_err(|e| ConvertError(e.to_string()))?;
     // What is outside of functions and structs: the version, its extensions, and the size of workgroups.
     let is_kept = |line: &&str| !line.starts_with('#') && !line.starts_with("layout(local_size");
     let lines: String = text.split_inclusive('\n').filter(is_kept).collect();
-    opened(&lines, "vec4", "void main(")
+    opened(functions, &lines, "vec4", "void main(")
 }
 
-/// The same in HLSL, shader model 6.0, with `float4`: the file `vellus.hlsli`.
+/// The same in HLSL, shader model 6.0, with `float4`: the files `vellus.hlsli` and `vellus-reduced.hlsli`.
 ///
 /// # Errors
 /// As [`glsl_include`].
-pub fn hlsl_include() -> Result<String, ConvertError> {
-    let (module, info) = parsed(&closed())?;
+pub fn hlsl_include(functions: Functions) -> Result<String, ConvertError> {
+    let (module, info) = parsed(&closed(functions))?;
     let text = to_hlsl(&module, &info).map_err(|e| ConvertError(e.to_string()))?;
-    opened(&text, "float4", "[numthreads(")
+    opened(functions, &text, "float4", "[numthreads(")
 }
 
-/// The functions that a shader defines for the library.
-const ACCESSORS: [&str; 3] = ["vellus_table", "vellus_row", "vellus_far_row"];
+/// The functions that a shader defines for the library, and what they read.
+const ACCESSORS: [(&str, &str); 3] = [
+    ("vellus_table", "of tables.bin"),
+    ("vellus_row", "of the records of fibres, one after another"),
+    ("vellus_far_row", "of the tables of far fields, only for the functions vellus_far_..."),
+];
+
+impl Functions {
+    fn accessors(self) -> &'static [(&'static str, &'static str)] {
+        if self == Functions::All { &ACCESSORS } else { &[] }
+    }
+}
 
 /// The entry point of [`closed`].
 const ENTRY: &str = "run";
 
-/// The library with the far field as a whole module, which naga needs: each accessor has a body, and there is an entry
-/// point.
-fn closed() -> String {
-    let mut source = format!("{}\n{FAR_FIELD}\n", shader_library());
-    for name in ACCESSORS {
+/// The functions as a whole module, which naga needs: each accessor has a body, and there is an entry point.
+fn closed(functions: Functions) -> String {
+    let mut source = match functions {
+        Functions::All => format!("{}\n{FAR_FIELD}\n", shader_library()),
+        Functions::Reduced => reduced_library(),
+    };
+    for (name, _) in functions.accessors() {
         source += &format!("fn {name}(row: u32) -> vec4<f32> {{ return vec4<f32>(f32(row)); }}\n");
     }
     source + &format!("@compute @workgroup_size(1) fn {ENTRY}() {{ }}\n")
@@ -117,22 +138,23 @@ fn closed() -> String {
 
 /// The text of a module without what [`closed`] added: declarations are in the place of the accessors. `vector`: the
 /// type of a row. `entry`: how the entry point begins.
-fn opened(text: &str, vector: &str, entry: &str) -> Result<String, ConvertError> {
+fn opened(functions: Functions, text: &str, vector: &str, entry: &str) -> Result<String, ConvertError> {
     let lacks = |what: &str| ConvertError(format!("naga's text has no {what}"));
     let mut text = text.split_once(entry).ok_or_else(|| lacks(entry))?.0.trim().to_owned();
-    for name in ACCESSORS {
+    let mut needs = String::new();
+    for (name, what) in functions.accessors() {
+        needs += &format!("//   {vector} {name}(uint row): {what}\n");
         let begin = format!("{vector} {name}(");
         let start = text.find(&begin).ok_or_else(|| lacks(&begin))?;
         let length = text[start..].find("\n}").ok_or_else(|| lacks("end of an accessor"))? + "\n}".len();
         text.replace_range(start..start + length, &format!("{vector} {name}(uint row);"));
     }
+    if !needs.is_empty() {
+        let what = "Define these for it, before or after. Each returns a row of a buffer, four numbers:";
+        needs = format!("//\n// {what}\n{needs}");
+    }
     Ok(format!(
-        "// The Vellus model of hair and fur, version {}. Licence: MIT or Apache-2.0.\n\
-         //\n\
-         // Define these for it, before or after. Each returns a row of a buffer, four numbers:\n\
-         //   {vector} vellus_table(uint row)    of tables.bin\n\
-         //   {vector} vellus_row(uint row)      of the records of fibres, one after another\n\
-         //   {vector} vellus_far_row(uint row)  of the tables of far fields, only for the functions vellus_far_...\n\
+        "// The Vellus model of hair and fur, version {}. Licence: MIT or Apache-2.0.\n{needs}\
          #ifndef VELLUS_INCLUDED\n#define VELLUS_INCLUDED\n\n{text}\n\n#endif\n",
         env!("CARGO_PKG_VERSION")
     ))

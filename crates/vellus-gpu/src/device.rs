@@ -170,6 +170,28 @@ impl Device {
         Err(DeviceError::TooMany { name: self.name.clone(), needed, limit: self.limit, most: self.buffers })
     }
 
+    /// Runs a compute shader in WGSL on `groups` workgroups, and returns `count` results. The buffers with the bytes
+    /// `inputs` have the first bindings of group 0, in their order, and that of the results has the next one.
+    ///
+    /// # Errors
+    /// [`DeviceError::Refused`] with the message of the compiler, [`DeviceError::TooSmall`] and [`DeviceError::Lost`].
+    pub fn compute<T: bytemuck::Pod>(
+        &self,
+        source: &str,
+        entry_point: &str,
+        inputs: &[&[u8]],
+        count: usize,
+        groups: u32,
+    ) -> Result<Vec<T>, DeviceError> {
+        let mut writes = vec![false; inputs.len()];
+        writes.push(true);
+        let [pipeline] = self.compile(source, [entry_point], &writes)?;
+        let mut buffers = inputs.iter().map(|input| self.upload(input)).collect::<Result<Vec<_>, _>>()?;
+        buffers.push(self.results((count * size_of::<T>()) as u64)?);
+        self.run(&[(&pipeline, groups)], &buffers.iter().collect::<Vec<_>>());
+        buffers.last().map_or(Ok(Vec::new()), |results| self.download(results))
+    }
+
     /// Compiles entry points of a shader in WGSL with storage buffers. `writes` says whether it writes to a buffer, in the
     /// order of their bindings.
     ///

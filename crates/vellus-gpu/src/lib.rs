@@ -28,6 +28,10 @@
 //! let drawn = vellus_far_sample(&hit, u);
 //! ```
 //!
+//! A fibre whose colour varies over its hits has a second record, [`shader_color`], in the same buffer:
+//! `vellus_hit_colored` takes absorption, and functions like `vellus_coat_pigment` make it of a colour.
+//! [`reduced_library`] is a text for real time that needs no buffers. It errs by some per cent.
+//!
 //! The conventions are those of [`vellus`]: x runs along the fibre from root to tip, and all directions point away from
 //! the fibre.
 //!
@@ -53,11 +57,12 @@ mod trace;
 #[cfg(feature = "trace")]
 pub use choice::{Choice, Renderer};
 #[cfg(feature = "convert")]
-pub use convert::{ConvertError, Language, converted, glsl_include, hlsl_include};
+pub use convert::{ConvertError, Functions, Language, converted, glsl_include, hlsl_include};
 #[cfg(feature = "device")]
 pub use device::{Device, DeviceError};
 pub use library::{
-    FAR_FIELD, FAR_QUERIES, Field, QUERIES, SHADERS, shader_far_table, shader_fiber, shader_library, shader_tables,
+    FAR_FIELD, FAR_QUERIES, Field, QUERIES, SHADERS, reduced_library, shader_color, shader_far_table, shader_fiber,
+    shader_library, shader_tables, shader_tables_half,
 };
 #[cfg(feature = "device")]
 pub use queries::{Answer, Queries, Query};

@@ -87,6 +87,7 @@ fn values(name: &str) -> Result<Value> {
     let shaders = json!({
         "tables": checksum(&packed::tables(Tables::shipped()).rows),
         "record": checksum(&packed::fiber(&bcsdf)),
+        "color": checksum(&packed::color(&bcsdf)),
         "far": checksum(&packed::far(&bcsdf).rows),
     });
     let mut case =

@@ -25,6 +25,15 @@ impl Fiber {
         array(py, packed::fiber(&Bcsdf::new(&self.0).map_err(value)?).to_vec())
     }
 
+    /// What the fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the
+    /// buffer of the records, whose first one the shader gets.
+    ///
+    /// Returns float32 of shape (rows, 4). All fibres have the same number of rows.
+    fn shader_color<'py>(&self, py: Python<'py>) -> Array<'py> {
+        packed::supports(&self.0).map_err(value)?;
+        array(py, packed::color(&Bcsdf::new(&self.0).map_err(value)?).to_vec())
+    }
+
     /// The far field of the fibre in shaders: a table that `vellus_far_row` reads.
     ///
     /// Returns float32 of shape (rows, 4). The number of rows depends on the fibre: 18 MB at most.
@@ -38,7 +47,7 @@ impl Fiber {
 /// The tables that all fibres share in shaders: the buffer that `vellus_table` reads. The shaders must be those of the
 /// same version: `vellus.__version__`.
 ///
-/// Returns float32 of shape (rows, 4): 2.0 MB.
+/// Returns float32 of shape (rows, 4): 1.8 MB.
 #[pyfunction]
 fn shader_tables(py: Python<'_>) -> Array<'_> {
     array(py, packed::tables(Tables::shipped()).rows)

@@ -128,7 +128,8 @@ def test_results_are_the_bits_of_rust(reference):
 def test_buffers_of_shaders_are_those_of_rust(reference):
     for name, case in reference.items():
         fiber = vellus.Fiber(name)
-        arrays = {"tables": vellus.shader_tables(), "record": fiber.shader_record(), "far": fiber.shader_far_table()}
+        arrays = {"tables": vellus.shader_tables(), "record": fiber.shader_record()}
+        arrays |= {"color": fiber.shader_color(), "far": fiber.shader_far_table()}
         for part, array in arrays.items():
             assert array.dtype == np.float32 and array.shape[1:] == (4,) and array.flags.c_contiguous
             bits = array.ravel().view(np.uint32).astype(np.uint64)

@@ -12,6 +12,7 @@ pub use crate::exit::table::{
     absorption_at, monomials,
 };
 pub use crate::exit::turn::MOST_TURN;
+pub use crate::fiber::color::{EUMELANIN, PHEOMELANIN};
 pub use crate::medulla::weighting::Weighting;
 pub use crate::medulla::{Azimuth, Inclination, Medulla, Pass};
 pub use crate::simd::special::{Register, bessel_i0e, exp, mills, normal_quantile};

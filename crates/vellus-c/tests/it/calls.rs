@@ -170,15 +170,17 @@ fn buffers_of_shaders_have_the_bits_of_rust() {
     // A row may hold the bits of an integer, which is NaN as a number.
     let bits = |rows: &[[f32; 4]]| rows.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     // SAFETY: `rows` passes pointers to arrays with the number of rows that it states.
-    let (tables, record, far) = unsafe {
+    let (tables, record, color, far) = unsafe {
         (
             rows(|rows, capacity, count| vellus_shader_tables(rows, capacity, count)),
             rows(|rows, capacity, count| vellus_shader_fiber(handle.0, rows, capacity, count)),
+            rows(|rows, capacity, count| vellus_shader_color(handle.0, rows, capacity, count)),
             rows(|rows, capacity, count| vellus_shader_far_table(handle.0, rows, capacity, count)),
         )
     };
     assert_eq!(bits(&tables), bits(&packed::tables(Tables::shipped()).rows));
     assert_eq!(bits(&record), bits(&packed::fiber(&bcsdf)));
+    assert_eq!(bits(&color), bits(&packed::color(&bcsdf)));
     assert_eq!(bits(&far), bits(&packed::far(&bcsdf).rows));
 }
 

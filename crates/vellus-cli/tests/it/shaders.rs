@@ -4,7 +4,7 @@ use crate::common::{Limited, refused, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use vellus::{Bcsdf, Fiber};
-use vellus_gpu::{shader_far_table, shader_fiber, shader_tables};
+use vellus_gpu::{shader_color, shader_far_table, shader_fiber, shader_tables, shader_tables_half};
 use vellus_testing::{need, succeeds};
 
 /// The names of the files in a folder, in order.
@@ -26,22 +26,24 @@ fn the_folder_has_the_library_and_the_named_fibres() {
     std::fs::write(path.join("wet.toml"), "preset = \"red-fox\"\nwet = 0.5\n").unwrap();
     run(path, &["shaders", "--fiber", "wet.toml", "--fiber", "cat", "out"]);
     let out = path.join("out");
-    let library = "far-queries.wgsl queries.wgsl tables.bin vellus-far.comp vellus-far.hlsl vellus-far.metal \
-                   vellus-far.spv vellus-far.wgsl vellus.comp vellus.glsl vellus.hlsl vellus.hlsli vellus.metal \
-                   vellus.spv vellus.wgsl";
+    let library = "far-queries.wgsl queries.wgsl tables.bin tables-half.bin vellus-far.comp vellus-far.hlsl \
+                   vellus-far.metal vellus-far.spv vellus-far.wgsl vellus-reduced.glsl vellus-reduced.hlsli \
+                   vellus-reduced.wgsl vellus.comp vellus.glsl vellus.hlsl vellus.hlsli vellus.metal vellus.spv \
+                   vellus.wgsl";
     let mut expected: Vec<&str> = library.split_whitespace().collect();
-    expected.extend(["cat-far.bin", "cat.bin", "wet-far.bin", "wet.bin"]);
+    expected.extend(["cat-color.bin", "cat-far.bin", "cat.bin", "wet-color.bin", "wet-far.bin", "wet.bin"]);
     expected.sort_unstable();
     assert_eq!(names(&out), expected);
     assert!(std::fs::read(out.join("tables.bin")).unwrap() == bytes(&shader_tables()));
+    let half: Vec<u8> = shader_tables_half().as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    assert!(std::fs::read(out.join("tables-half.bin")).unwrap() == half);
     let wet = Fiber { wet: 0.5, ..Fiber::named("red-fox").unwrap() };
     for (name, fiber) in [("cat", Fiber::named("cat").unwrap()), ("wet", wet)] {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
-        assert!(std::fs::read(out.join(format!("{name}.bin"))).unwrap() == bytes(&shader_fiber(&bcsdf)), "{name}");
-        assert!(
-            std::fs::read(out.join(format!("{name}-far.bin"))).unwrap() == bytes(&shader_far_table(&bcsdf)),
-            "{name}"
-        );
+        let contents = [&shader_fiber(&bcsdf)[..], &shader_color(&bcsdf), &shader_far_table(&bcsdf)];
+        for (end, rows) in ["", "-color", "-far"].into_iter().zip(contents) {
+            assert!(std::fs::read(out.join(format!("{name}{end}.bin"))).unwrap() == bytes(rows), "{name}{end}");
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::ffi::OsString;
 use std::process::Command;
-use vellus_gpu::{FAR_FIELD, Field, Language, converted, glsl_include, hlsl_include, shader_library};
+use vellus_gpu::{
+    ConvertError, FAR_FIELD, Field, Functions, Language, converted, glsl_include, hlsl_include, shader_library,
+};
 use vellus_testing::program::Limited;
 use vellus_testing::{need, succeeds};
 
@@ -28,9 +30,9 @@ fn the_library_has_no_bindings_and_no_entry_points() {
 
 #[test]
 fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
-    let functions = ["vellus_hit", "vellus_eval", "vellus_sample", "vellus_energy"];
+    let functions = ["vellus_hit", "vellus_hit_colored", "vellus_eval", "vellus_sample", "vellus_energy"];
     let far = ["vellus_far_hit", "vellus_far_eval", "vellus_far_sample", "vellus_energy"];
-    for (field, functions) in [(Field::Near, functions), (Field::Far, far)] {
+    for (field, functions) in [(Field::Near, functions.as_slice()), (Field::Far, &far)] {
         for language in Language::ALL {
             let bytes = converted(language, field)?;
             println!("{field:?} {language:?}: {} bytes", bytes.len());
@@ -41,7 +43,7 @@ fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
             let text = String::from_utf8_lossy(&bytes);
             // GLSL calls every entry point `main`.
             let entry = if language == Language::Glsl { "main" } else { field.entry() };
-            for name in functions.into_iter().chain([entry]) {
+            for name in functions.iter().copied().chain([entry]) {
                 assert!(text.contains(&format!("{name}(")), "{field:?} {language:?} lacks {name}");
             }
         }
@@ -72,70 +74,98 @@ fn other_compilers_accept_the_files() -> Result<(), Box<dyn std::error::Error>> 
     Ok(())
 }
 
+/// What a kernel calls.
+const KERNELS: [&str; 3] = ["near", "far", "reduced"];
+
+/// The text that a kernel includes.
+fn functions(kernel: &str) -> Functions {
+    if kernel == "reduced" { Functions::Reduced } else { Functions::All }
+}
+
 /// A kernel that calls the functions of the text to include. Accessors are before and after it.
-fn kernel(include: &str, vector: &str, [head, main, answer]: [&str; 3], far: bool) -> String {
+fn kernel(kernel: &str, include: &str, vector: &str, [head, main, answer]: [&str; 3]) -> String {
     let accessor =
         |name: &str| format!("{vector}4 {name}(uint row) {{ return {vector}4(0.0, 0.5, 0.5, float(row)); }}");
-    let (part, at, last) =
-        if far { ("far_", "0u, w", accessor("vellus_far_row")) } else { ("", "w, 0.5", String::new()) };
-    let (table, row) = (accessor("vellus_table"), accessor("vellus_row"));
+    let [table, row, far] = ["vellus_table", "vellus_row", "vellus_far_row"].map(accessor);
+    let sample = |part: &str, hit: &str| {
+        format!(
+            "VellusHit hit;
+            vellus_{hit};
+            value = vellus_{part}eval(hit, w);
+            VellusSample drawn = vellus_{part}sample(hit, value);
+            value = value + {vector}4(drawn.weight, drawn.pdf) + {vector}4(vellus_energy(hit).rgb[0], 0.0);"
+        )
+    };
+    let (table, last, calls) = match kernel {
+        "near" => (table, row, sample("", "hit_colored(hit, 0u, 66u, vellus_coat_pigment(66u, w), w, 0.5)")),
+        "far" => (table, row + &far, sample("far_", "far_hit(hit, 0u, 0u, w)")),
+        _ => (
+            String::new(),
+            String::new(),
+            format!(
+                "VellusFur fur;
+                fur.eta = 1.5; fur.kappa = 0.5; fur.alpha = 0.0; fur.beta_m = 0.1; fur.beta_n = 0.1; fur.layers = 1.0;
+                fur.sigma_ms = 1.0; fur.g = 0.5; fur.pigment.cortex = w; fur.pigment.medulla = w;
+                VellusReduced hit;
+                vellus_reduced_hit(hit, fur, w);
+                value = {vector}4(vellus_reduced_eval(hit, w) + vellus_reduced_energy(hit), 0.0);"
+            ),
+        ),
+    };
     format!(
         "{head}
         {table}
         {include}
-        {row}
         {last}
         {main} {{
             {vector}3 w = {vector}3(0.0, 0.6, 0.8);
-            VellusHit hit;
-            vellus_{part}hit(hit, 0u, {at});
-            {vector}4 value = vellus_{part}eval(hit, w);
-            VellusSample drawn = vellus_{part}sample(hit, value);
-            value = value + {vector}4(drawn.weight, drawn.pdf) + {vector}4(vellus_energy(hit).rgb[0], 0.0);
+            {vector}4 value;
+            {calls}
             {answer}
         }}"
     )
 }
 
-/// Compiles kernels of both fields with a compiler, if it is there. The first argument is the name of the file.
-fn compile(found: Option<OsString>, arguments: &[&str], kernel: impl Fn(bool) -> String) -> std::io::Result<()> {
+/// Compiles all kernels with a compiler, if it is there. The first argument is the name of the file.
+fn compile(
+    found: Option<OsString>,
+    arguments: &[&str],
+    text: impl Fn(&str) -> Result<String, ConvertError>,
+) -> Result<(), Box<dyn std::error::Error>> {
     let Some(program) = found else { return Ok(()) };
     let folder = tempfile::tempdir()?;
-    for far in [false, true] {
-        std::fs::write(folder.path().join(arguments[0]), kernel(far))?;
+    for kernel in KERNELS {
+        std::fs::write(folder.path().join(arguments[0]), text(kernel)?)?;
         let mut command = Command::new(&program);
         command.current_dir(folder.path()).args(arguments);
         let output = command.run()?;
         let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
-        assert!(output.status.success(), "{command:?}: {text}");
+        assert!(output.status.success(), "{kernel}: {command:?}: {text}");
     }
     Ok(())
 }
 
 #[test]
 fn glslang_compiles_the_include() -> Result<(), Box<dyn std::error::Error>> {
-    let include = glsl_include()?;
     let head = "#version 450
         layout(local_size_x = 1) in;
         layout(std430, binding = 0) buffer Answer { vec4 answer; };";
     let parts = [head, "void main()", "answer = value;"];
     let program = "glslangValidator";
     let found = need("shader-compilers", succeeds(Command::new(program).arg("--version")).map(|()| program.into()));
-    compile(found, &["kernel.comp", "-V", "-o", "/dev/null"], |far| kernel(&include, "vec", parts, far))?;
-    Ok(())
+    let text = |name: &str| Ok(kernel(name, &glsl_include(functions(name))?, "vec", parts));
+    compile(found, &["kernel.comp", "-V", "-o", "/dev/null"], text)
 }
 
 /// With Slang's compiler and with Microsoft's. glslang reads HLSL, too, but not `(float[7])0`, which naga writes.
 #[test]
 fn hlsl_compilers_compile_the_include() -> Result<(), Box<dyn std::error::Error>> {
-    let include = hlsl_include()?;
     let main = "[numthreads(1, 1, 1)] void run()";
     let parts = ["RWByteAddressBuffer answer : register(u0);", main, "answer.Store4(0, asuint(value));"];
-    let kernel = |far| kernel(&include, "float", parts, far);
+    let text = |name: &str| Ok(kernel(name, &hlsl_include(functions(name))?, "float", parts));
     let slang =
         ["kernel.hlsl", "-lang", "slang", "-target", "hlsl", "-stage", "compute", "-entry", "run", "-o", "/dev/null"];
-    compile(crate::ports::slangc(), &slang, kernel)?;
+    compile(crate::ports::slangc(), &slang, text)?;
     let dxc = need("dxc", succeeds(Command::new("dxc").arg("--version")).map(|()| "dxc".into()));
-    compile(dxc, &["kernel.hlsl", "-T", "cs_6_0", "-E", "run", "-Fo", "/dev/null"], kernel)?;
-    Ok(())
+    compile(dxc, &["kernel.hlsl", "-T", "cs_6_0", "-E", "run", "-Fo", "/dev/null"], text)
 }

@@ -23,7 +23,7 @@ fn fibers(count: usize) -> Vec<Fiber> {
 }
 
 /// The largest value of f·cos θᵢ, and the largest density, over directions where the fibre scatters most light.
-fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
+pub fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
     let directions = (0..24).filter_map(|_| hit.sample(random.numbers()).map(|sample| sample.wi));
     directions.chain([wi]).map(|wi| hit.eval_pdf(wi)).fold([0.0f32; 2], |[value, density], (lobes, pdf)| {
         [lobes.total().into_iter().fold(value, f32::max), density.max(pdf)]

@@ -1,6 +1,8 @@
 //! The integration tests of `vellus-gpu`, as one program.
 
 #[cfg(feature = "device")]
+mod color;
+#[cfg(feature = "device")]
 mod common;
 #[cfg(feature = "convert")]
 mod conversion;
@@ -12,5 +14,7 @@ mod lost;
 mod near_field;
 #[cfg(feature = "convert")]
 mod ports;
+#[cfg(feature = "device")]
+mod reduced;
 #[cfg(feature = "trace")]
 mod trace;

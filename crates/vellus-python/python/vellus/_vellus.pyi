@@ -175,6 +175,12 @@ class Fiber:
 
         Returns float32 of shape (rows, 4). All fibres have the same number of rows.
         """
+    def shader_color(self) -> NDArray[np.float32]:
+        """What the fibre needs beside its record for other absorption at each hit, `vellus_hit_colored`: rows in the
+        buffer of the records, whose first one the shader gets.
+
+        Returns float32 of shape (rows, 4). All fibres have the same number of rows.
+        """
     def shader_far_table(self) -> NDArray[np.float32]:
         """The far field of the fibre in shaders: a table that `vellus_far_row` reads.
 
@@ -665,7 +671,7 @@ def shader_tables() -> NDArray[np.float32]:
     """The tables that all fibres share in shaders: the buffer that `vellus_table` reads. The shaders must be those of the
     same version: `vellus.__version__`.
 
-    Returns float32 of shape (rows, 4): 2.0 MB.
+    Returns float32 of shape (rows, 4): 1.8 MB.
     """
 def tables() -> dict[str, dict[str, Any]]:
     """The tables of the medulla that ship with the model, as new arrays.

@@ -18,13 +18,13 @@ use moments::Shape;
 pub use curve::{Curve, NUMBERS};
 
 /// Nodes of the absorption: the first is 0, the others are spaced evenly in its logarithm.
-const NODES: usize = 97;
+pub(crate) const NODES: usize = 97;
 /// Absorption of the second and of the last node.
-const LEAST: f32 = 1e-6;
+pub(crate) const LEAST: f32 = 1e-6;
 const MOST: f32 = 1000.0;
 
 /// The logarithm of the ratio of two nodes: ln(10⁹)/95.
-const STEP: f32 = 20.723_266 / 95.0;
+pub(crate) const STEP: f32 = 20.723_266 / 95.0;
 
 /// The largest change of a channel by which a request still counts as reached.
 const TOLERANCE: f32 = 1e-4;
@@ -48,7 +48,7 @@ const TOLERANCE: f32 = 1e-4;
 #[derive(Clone, Debug)]
 pub struct CoatColors {
     /// The colour of the coat at each node, never increasing.
-    colors: [f32; NODES],
+    pub(crate) colors: [f32; NODES],
 }
 
 /// The absorption of a node.
@@ -63,6 +63,11 @@ impl CoatColors {
     /// [`Error::OutOfRange`] for the first parameter out of range.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
+        Ok(Self::of(fiber))
+    }
+
+    /// The fibre must be valid.
+    pub(crate) fn of(fiber: &Fiber) -> Self {
         let shape = Shape::new(&Fiber { wet: 0.0, ..*fiber });
         let mut colors = [1.0; NODES];
         for first in (1..NODES).step_by(3) {
@@ -73,7 +78,7 @@ impl CoatColors {
                 colors[first + i] = SHIPPED.color(moments).min(colors[first + i - 1]);
             }
         }
-        Ok(CoatColors { colors })
+        CoatColors { colors }
     }
 
     /// The absorption σ_c,a, per fibre radius, that gives a coat this colour, a reflectance in [0, 1]. The colour is
@@ -90,7 +95,7 @@ impl CoatColors {
     }
 
     /// The least absorption that gives the darkest colour.
-    fn most(&self) -> f32 {
+    pub(crate) fn most(&self) -> f32 {
         node(self.colors.partition_point(|c| *c > self.colors[NODES - 1]))
     }
 

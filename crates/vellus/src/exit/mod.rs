@@ -28,6 +28,8 @@ pub mod table;
 pub(crate) mod turn;
 mod wall;
 
+#[cfg(feature = "unstable")]
+use crate::exit::states::Geometry;
 use crate::exit::states::{REGISTERS, STATES, Vector};
 use crate::exit::table::{ENTRIES, ExitTable, MAX_SIN2, ROWS};
 use crate::exit::wall::Walls;
@@ -87,26 +89,26 @@ fn sum(x: &Vector) -> f32 {
 const FORGETS: f32 = 0.7;
 
 /// What all channels share.
-struct Chain<'a> {
+pub(crate) struct Chain<'a> {
     table: &'a ExitTable,
-    rows: [f32x8; ROWS],
+    pub rows: [f32x8; ROWS],
     /// T.
-    through: Vector,
+    pub through: Vector,
     /// The length of the path from the medulla to the cuticle, in fibre radii.
-    cortex: Vector,
+    pub cortex: Vector,
     /// The reflectance of the medulla's wall, if it has one.
     wall: Option<Vector>,
     /// 1 − U.
-    scattered: Vector,
+    pub scattered: Vector,
     /// The share of light that the medulla scatters, over the share that it scatters isotropically.
-    excess: Vector,
+    pub excess: Vector,
     /// See [`turn::stays`].
     stays: f32,
 }
 
 impl<'a> Chain<'a> {
     #[inline(always)]
-    fn new(fiber: &Fiber, table: &'a ExitTable) -> Self {
+    pub fn new(fiber: &Fiber, table: &'a ExitTable) -> Self {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let geometry = &table.geometry;
         let tau = fiber.sigma_ms * fiber.kappa;
@@ -239,6 +241,22 @@ struct Absorption {
 }
 
 /// The coefficients of the polynomial with these values at the nodes.
+/// For each state, its share of diffuse light and the chord through the medulla; and its mean entry, as weights of the
+/// nodes of the entry.
+#[cfg(feature = "unstable")]
+pub(crate) fn entries() -> ([[f32; 2]; STATES], [f32x8; STATES]) {
+    let Geometry { weight, chord, monomials, .. } = &ExitTable::shipped().geometry;
+    let at = |x: &Vector, state: usize| x[state / 8].to_array()[state % 8];
+    let node = |state: usize, node: usize| -> f32 {
+        let coefficients = COEFFICIENTS[node].to_array();
+        (0..ENTRIES).map(|m| coefficients[m] * at(&monomials[m], state)).sum()
+    };
+    (
+        std::array::from_fn(|state| [at(weight, state), at(chord, state)]),
+        std::array::from_fn(|state| f32x8::new(std::array::from_fn(|k| node(state, k)))),
+    )
+}
+
 #[inline(always)]
 fn coefficients(nodes: f32x8) -> [f32; ENTRIES] {
     let nodes = nodes.to_array();

@@ -63,10 +63,13 @@ impl Color {
     }
 }
 
+/// The absorption of a concentration of 1, RGB, per fibre radius.
+pub const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
+/// See [`EUMELANIN`].
+pub const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
+
 /// The absorption of two concentrations, RGB, per fibre radius.
 fn melanin(eumelanin: f32, pheomelanin: f32) -> [f32; 3] {
-    const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
-    const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
     std::array::from_fn(|c| eumelanin * EUMELANIN[c] + pheomelanin * PHEOMELANIN[c])
 }
 

@@ -22,6 +22,17 @@ fn layers(eta: f32, share: f32) -> f32 {
 }
 
 impl Fiber {
+    /// The mean index n of water and air.
+    fn around(&self) -> f32 {
+        1.0 + (WATER - 1.0) * self.wet
+    }
+
+    /// The absorption in water over that in air, n².
+    #[cfg(feature = "unstable")]
+    pub(crate) fn water_absorption(&self) -> f32 {
+        self.around().powi(2)
+    }
+
     /// The fibre in air that scatters light as this one does in its water; [`Fiber::wet`] is then 0.
     ///
     /// Water surrounds a share [`Fiber::wet`] of the fibre, and air the rest; n is the mean index of both. Then:
@@ -42,7 +53,7 @@ impl Fiber {
         if self.wet == 0.0 {
             return *self;
         }
-        let n = 1.0 + (WATER - 1.0) * self.wet;
+        let n = self.around();
         let eta = (self.eta / n).max(self.eta.min(LEAST));
         let shrink = if self.eta > 1.0 { (eta - 1.0) / (self.eta - 1.0) } else { 1.0 };
         let film = if eta > 1.0 { layers(eta, self.wet * reflected(WATER)) } else { 0.0 };

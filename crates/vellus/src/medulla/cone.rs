@@ -61,7 +61,7 @@ impl Cone {
             loss,
             slope,
             reach,
-            backward_gain: backward_gain(fiber),
+            backward_gain: Gain::new(fiber).at(fiber),
             edge: cos * (1.0 - loss),
             half,
             inverse_half: 1.0 / half,
@@ -104,19 +104,34 @@ impl Cone {
     }
 }
 
-/// D21: [`Cone::backward_gain`]. Light that goes on has longer paths than light that turns back, unless scattering is
-/// strongly forward. C^M is that of a medulla without absorption.
+/// D21: what [`Cone::backward_gain`] needs beside the absorption. Light that goes on has longer paths than light that
+/// turns back, unless scattering is strongly forward. C^M is that of a medulla without absorption.
 ///
 /// Its logarithm is a fit to photons in medullas with τ from 0.25 to 50, g up to 0.8 and σ_ma κ up to 1.5: the share of
 /// the forward half is then right. At σ_ma κ = 0.2 the error is 0.05 where the logarithm itself is 0.19, and at 0.8 it
 /// is 0.12 of 0.42 (root mean squares). All channels share one value.
-fn backward_gain(fiber: &Fiber) -> f32 {
-    let tau = fiber.sigma_ms * fiber.kappa;
-    let isotropic = tau * (1.0 - fiber.g);
-    let [r, g, b] = fiber.sigma_ma.map(|sigma| (sigma * fiber.kappa).min(2.0));
-    let a = (r + g + b) * (1.0 / 3.0);
-    let longer = 0.61 + 4.49 * isotropic / (isotropic + 7.06) - 1.46 * fiber.g + 0.263 * a;
-    (a * longer / (1.0 + 0.608 * a * isotropic)).exp()
+pub(crate) struct Gain {
+    /// How much longer the paths of the forward half are, without absorption, and per absorption.
+    pub constant: f32,
+    pub slope: f32,
+    /// How the difference shrinks with absorption, and the optical radius of isotropic scattering.
+    pub shrinks: f32,
+    pub isotropic: f32,
+}
+
+impl Gain {
+    pub fn new(fiber: &Fiber) -> Self {
+        let tau = fiber.sigma_ms * fiber.kappa;
+        let isotropic = tau * (1.0 - fiber.g);
+        let constant = 0.61 + 4.49 * isotropic / (isotropic + 7.06) - 1.46 * fiber.g;
+        Gain { constant, slope: 0.263, shrinks: 0.608, isotropic }
+    }
+
+    fn at(&self, fiber: &Fiber) -> f32 {
+        let [r, g, b] = fiber.sigma_ma.map(|sigma| (sigma * fiber.kappa).min(2.0));
+        let a = (r + g + b) * (1.0 / 3.0);
+        (a * (self.constant + self.slope * a) / (1.0 + self.shrinks * a * self.isotropic)).exp()
+    }
 }
 
 /// Means over light that leaves the medulla and then the fibre.

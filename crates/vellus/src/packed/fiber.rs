@@ -3,7 +3,8 @@
 use crate::bcsdf::Bcsdf;
 use crate::cylinder::frame::Refraction;
 use crate::exit::Reflection;
-use crate::medulla::mixture::{Between, Weights};
+use crate::medulla::mixture::Between;
+use crate::packed::{Record, count, pairs};
 use crate::prepared::Prepared;
 
 /// The parts of a fibre: the name, the number of rows, and what they are.
@@ -27,14 +28,7 @@ pub const FIBER_LAYOUT: [(&str, usize, &str); 16] = [
 ];
 
 /// The number of rows of a fibre.
-pub const FIBER_ROWS: usize = {
-    let (mut rows, mut part) = (0, 0);
-    while part < FIBER_LAYOUT.len() {
-        rows += FIBER_LAYOUT[part].1;
-        part += 1;
-    }
-    rows
-};
+pub const FIBER_ROWS: usize = count(&FIBER_LAYOUT);
 
 /// Everything about a fibre that its hits in the near field need, in rows of four numbers: see [`FIBER_LAYOUT`].
 pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
@@ -51,14 +45,8 @@ pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     // Indices are below 4096, and exact in single precision.
     let number = |index: usize| index as f32;
     let gain = medulla.cone.map_or(0.0, |(cone, _)| cone.backward_gain);
-    let mut rows = [[0.0; 4]; FIBER_ROWS];
-    let (mut row, mut part) = (0, 0);
-    let mut put = |name: &str, values: &[[f32; 4]]| {
-        assert_eq!((name, values.len()), (FIBER_LAYOUT[part].0, FIBER_LAYOUT[part].1), "as the layout says");
-        rows[row..row + values.len()].copy_from_slice(values);
-        row += values.len();
-        part += 1;
-    };
+    let mut record = Record::new(&FIBER_LAYOUT);
+    let mut put = |name: &str, values: &[[f32; 4]]| record.put(name, values);
     put("OPTICS", &[[fiber.eta, fiber.kappa, fiber.sigma_ms, fiber.layers]]);
     put("CORTEX", &[rgb(fiber.sigma_ca, gain)]);
     put("MEDULLA", &[rgb(fiber.sigma_ma, medulla.optical_radius)]);
@@ -78,16 +66,7 @@ pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     put("FORWARD_WEIGHTS", &pairs(&medulla.forward));
     put("BACKWARD_INTEGRALS", &pairs(&medulla.backward_integrals));
     put("TURN", &[[constant, cosine, sine, slope]]);
-    rows
-}
-
-/// Registers of eight numbers as rows of four.
-fn pairs<const C: usize>(weights: &Weights<C>) -> Vec<[f32; 4]> {
-    let halves = |eight: &wide::f32x8| {
-        let [a, b, c, d, e, f, g, h] = eight.to_array();
-        [[a, b, c, d], [e, f, g, h]]
-    };
-    weights.iter().flat_map(halves).collect()
+    record.rows
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! The tables of the medulla.
 
+use crate::coat::{LEAST, STEP};
+use crate::exit::entries;
+use crate::half_float;
 use crate::medulla::cone::{Cones, Half};
 use crate::medulla::grid;
 use crate::medulla::grid::SHIFTS;
@@ -44,6 +47,11 @@ pub fn tables(tables: &Tables) -> PackedTables {
     packed.count("MEAN_PATH_G_NODES", n_g);
     packed.count("MEAN_PATH_H_NODES", n_h);
     packed.count("CONE_SHIFTS", SHIFTS);
+    let (states, nodes) = entries();
+    packed.numbers("EXIT_STATES", states.into_iter().flatten());
+    packed.weights("EXIT_NODES", &[nodes]);
+    packed.constant("COAT_LEAST", f64::from(LEAST));
+    packed.constant("COAT_STEP", f64::from(STEP));
     packed.constant("TAU_SCALE", grid::TAU_SCALE);
     packed.constant("TAU_GROWTH_INVERSE", 1.0 / grid::TAU_GROWTH);
     packed.constant("THETA_MAX_INVERSE", 1.0 / grid::THETA_MAX);
@@ -52,6 +60,11 @@ pub fn tables(tables: &Tables) -> PackedTables {
 }
 
 impl PackedTables {
+    /// The rows in half precision.
+    pub fn half_precision(&self) -> Vec<[u16; 4]> {
+        self.rows.iter().map(|row| row.map(|x| u16::from_le_bytes(half_float::from_f32(x)))).collect()
+    }
+
     fn count(&mut self, name: &str, count: usize) {
         // Tables have at most 4096 nodes of 40 numbers.
         self.counts.push((name.to_owned(), u32::try_from(count).unwrap_or(u32::MAX)));
@@ -98,10 +111,9 @@ impl PackedTables {
         self.constant(&format!("{name}_STEP_INVERSE"), f64::from(densities.inv_step));
     }
 
-    /// Six columns of each node and component in two rows, and the sines and cosines of the nodes.
+    /// Six columns of each node and component, and the sines and cosines of the nodes.
     fn half<const C: usize>(&mut self, name: &str, half: &Half<C>) {
-        let columns = half.columns.iter().flat_map(|c| [c[0], c[1], c[2], c[3], c[4], c[5], 0.0, 0.0]);
-        self.numbers(&format!("{name}_CONE_COLUMNS"), columns);
+        self.numbers(&format!("{name}_CONE_COLUMNS"), half.columns.iter().flatten().copied());
         self.numbers(&format!("{name}_TURNS"), half.turns.iter().flatten().copied());
     }
 }
