@@ -192,8 +192,8 @@ impl Device {
         buffers.last().map_or(Ok(Vec::new()), |results| self.download(results))
     }
 
-    /// Compiles entry points of a shader in WGSL with storage buffers. `writes` says whether it writes to a buffer, in the
-    /// order of their bindings.
+    /// Compiles entry points of a shader in WGSL with storage buffers. `writes` says whether it writes to a buffer, in
+    /// the order of their bindings.
     ///
     /// # Errors
     /// [`DeviceError::Refused`] with the message of the compiler.
@@ -278,8 +278,8 @@ impl Device {
         self.failure.get().map_or(Ok(()), |what| Err(DeviceError::Lost(what)))
     }
 
-    /// Runs pipelines of one layout after each other, each on a number of workgroups. They have the same buffers, in the
-    /// order of their bindings.
+    /// Runs pipelines of one layout after each other, each on a number of workgroups. They have the same buffers, in
+    /// the order of their bindings.
     pub(crate) fn run(&self, steps: &[(&wgpu::ComputePipeline, u32)], buffers: &[&wgpu::Buffer]) {
         let Some((first, _)) = steps.first() else { return };
         let entries: Vec<_> = (0..)

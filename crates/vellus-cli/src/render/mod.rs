@@ -97,7 +97,8 @@ pub struct Args {
     clamp_indirect: Option<f32>,
     /// End paths at their second hit, and take indirect light from a cache that N samples of each pixel fill before. It
     /// grows to an eighth of the samples. Faster and less noise, with a small error that falls with the samples; 16
-    /// suits most pictures [default: paths are traced to their ends].
+    /// suits most pictures. The frames of a USD shot in which only the camera moves share it [default: paths are traced
+    /// to their ends].
     #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(1..=65536))]
     radiance_cache: Option<u32>,
     /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but

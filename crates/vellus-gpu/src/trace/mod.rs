@@ -1,5 +1,5 @@
-//! A path tracer for the scenes of vellus-render: kernels that follow each sample from the camera to the lights, one ray
-//! at a time.
+//! A path tracer for the scenes of vellus-render: kernels that follow each sample from the camera to the lights, one
+//! ray at a time.
 
 mod source;
 

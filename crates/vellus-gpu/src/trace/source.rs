@@ -82,9 +82,9 @@ impl Array {
     }
 }
 
-/// The whole shader for a scene with these arrays. The bindings are the results, the paths that wait, lists of them
-/// and their lengths, the samples to trace, the tables, and the arrays in their order. `far` is the array with the tables of the far field, if every hit uses it instead of the
-/// near field.
+/// The whole shader for a scene with these arrays. The bindings are the results, the paths that wait, lists of them and
+/// their lengths, the samples to trace, the tables, and the arrays in their order. `far` is the array with the tables
+/// of the far field, if every hit uses it instead of the near field.
 ///
 /// `features` say what the scene has. They are constants, so that compilers leave out the code of what it lacks.
 /// `stack` is the number of nodes that can wait.

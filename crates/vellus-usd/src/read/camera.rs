@@ -52,7 +52,8 @@ pub(crate) fn shutter(reader: &mut Reader, camera: &str, settings: &Settings) ->
     }
 }
 
-/// The cameras of the frames before: see [`Reading::earlier`](crate::Reading::earlier). `places` are those of the frame.
+/// The cameras of the frames before: see [`Reading::earlier`](crate::Reading::earlier). `places` are those of the
+/// frame.
 pub(crate) fn earlier(
     reader: &mut Reader,
     paths: &[String],

@@ -240,7 +240,6 @@ struct Absorption {
     kept: Vector,
 }
 
-/// The coefficients of the polynomial with these values at the nodes.
 /// For each state, its share of diffuse light and the chord through the medulla; and its mean entry, as weights of the
 /// nodes of the entry.
 #[cfg(feature = "unstable")]
@@ -257,6 +256,7 @@ pub(crate) fn entries() -> ([[f32; 2]; STATES], [f32x8; STATES]) {
     )
 }
 
+/// The coefficients of the polynomial with these values at the nodes.
 #[inline(always)]
 fn coefficients(nodes: f32x8) -> [f32; ENTRIES] {
     let nodes = nodes.to_array();

@@ -9,12 +9,12 @@
 //! `vellus render`. With `lod` for FILL, frames have level of detail instead of a cache.
 //!
 //! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
-//! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise of
-//! the cache. `error` is the mean square error of the fur in the last frame, relative to its brightness, beside full
-//! paths with 4 times the samples. `fill` is the processor time of filling the cache of a frame after the first, and
-//! `all` that of the whole frame, in seconds. `blocks` are squares of 8 × 8 pixels of the turn: the root mean square of their second difference over
-//! frames, divided by √6, in per cent of the picture's brightness. That is the noise of one block in one frame, with
-//! what the turn itself changes.
+//! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise
+//! of the cache. `error` is the mean square error of the fur in the last frame, relative to its brightness, beside
+//! full paths with 4 times the samples. `fill` is the processor time of filling the cache of a frame after the first,
+//! and `all` that of the whole frame, in seconds. `blocks` are squares of 8 × 8 pixels of the turn: the root mean
+//! square of their second difference over frames, divided by √6, in per cent of the picture's brightness. That is the
+//! noise of one block in one frame, with what the turn itself changes.
 
 use glam::{Mat4, Vec3};
 use std::error::Error;
