@@ -64,6 +64,8 @@ pub(crate) struct Reader<'a> {
     pub skeletons: Skeletons,
     /// The camera of the picture, if it is known, where meshes are read in world space.
     pub eye: Option<Camera>,
+    /// The cameras of the frames before: see [`Reading::earlier`](crate::Reading::earlier).
+    pub earlier: Vec<Camera>,
     /// The diagonal of the meshes of a stage without a camera, or 0.
     pub stage_size: f64,
     /// The number of meshes of the stage.
@@ -104,6 +106,7 @@ impl<'a> Reader<'a> {
             local_scale: 1.0,
             skeletons: Skeletons::default(),
             eye: None,
+            earlier: Vec::new(),
             stage_size: 0.0,
             meshes: 0,
             refined: 0,

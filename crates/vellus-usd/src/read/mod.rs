@@ -49,7 +49,7 @@ use crate::warning::{Fault, Warning};
 use std::collections::HashMap;
 use std::path::Path;
 use vellus::Fiber;
-use vellus_scene::{Camera, Units};
+use vellus_scene::Units;
 
 /// Reads a file (.usda, .usdc, .usdz) and the files that it refers to.
 ///
@@ -93,7 +93,7 @@ fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Readin
     let (units, ignored) = stage.units().map_err(broken)?;
     reader.scene.units = Some(units);
     ignored.iter().for_each(|what| reader.warnings.add("/", *what));
-    let (settings, places, earlier) = read_prims(&mut reader, file, &paths)?;
+    let (settings, places) = read_prims(&mut reader, file, &paths)?;
     // Composition goes on while prims are read.
     for (place, what) in stage.composition_faults().map_err(broken)? {
         let what = format!("{what}: what it would bring in is left out");
@@ -114,7 +114,7 @@ fn read_composed(stage: &Stage, file: &Path, options: &Options) -> Result<Readin
         focal_length: reader.focal_length.filter(|_| reader.scene.camera.is_some()),
         range: stage.range(),
     };
-    let Reader { scene, warnings, networks, .. } = reader;
+    let Reader { scene, warnings, networks, earlier, .. } = reader;
     let warnings = warnings.into_vec();
     if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
         let skipped: Vec<String> = warnings.iter().map(ToString::to_string).collect();
@@ -169,7 +169,7 @@ fn read_prims(
     reader: &mut Reader,
     file: &Path,
     paths: &[String],
-) -> Result<(Option<RenderSettings>, Vec<Place>, Vec<Camera>), Error> {
+) -> Result<(Option<RenderSettings>, Vec<Place>), Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
     let settings = settings::read(reader, paths)?;
@@ -252,8 +252,8 @@ fn read_prims(
         }
     }
     link::read(reader, &places)?;
-    let earlier = camera::earlier(reader, paths, &places, chosen.as_deref(), &settings)?;
-    Ok((settings.picture, places, earlier))
+    reader.earlier = camera::earlier(reader, paths, &places, chosen.as_deref(), &settings)?;
+    Ok((settings.picture, places))
 }
 
 /// Whether prims of a type are strands or meshes in a picture.
