@@ -7,6 +7,7 @@ use crate::read::xform::{self, Place, rigid};
 use crate::stage::Clock;
 use crate::warning::Fault;
 use glam::DMat4;
+use std::collections::HashSet;
 use vellus_scene::Camera;
 
 /// The path of the camera with this name or path. Without a name, the camera of the settings, or the first camera.
@@ -56,26 +57,35 @@ pub(crate) fn shutter(reader: &mut Reader, camera: &str, settings: &Settings) ->
 /// frame.
 pub(crate) fn earlier(
     reader: &mut Reader,
-    paths: &[String],
     places: &[Place],
     chosen: Option<&str>,
     settings: &Settings,
 ) -> Result<Vec<Camera>, Error> {
     let (stage, mut cameras) = (reader.stage, Vec::new());
     let clock = stage.clock();
-    if reader.scene.camera.is_none() || clock.is_timeless() || stage.varies() {
+    let Some(chosen) = chosen.filter(|_| reader.scene.camera.is_some()) else { return Ok(cameras) };
+    if reader.options.earlier == 0 || clock.is_timeless() || stage.varies() {
         return Ok(cameras);
     }
+    // Only these have other places in other frames. Those of their ancestors are a part of theirs.
+    let moving = |place: &&Place| place.varies || place.path == chosen;
+    let mut needed: HashSet<&str> = HashSet::new();
+    for place in places.iter().filter(moving) {
+        let ends = place.path.match_indices('/').map(|(end, _)| end).chain([place.path.len()]);
+        needed.extend(ends.map(|end| &place.path[..end]));
+    }
+    let now: Vec<&Place> = places.iter().filter(|place| needed.contains(place.path.as_str())).collect();
+    let paths: Vec<String> = now.iter().map(|place| place.path.clone()).collect();
     // What is wrong with the camera and the transforms was said for the frame itself.
     let warnings = std::mem::take(&mut reader.warnings);
     for k in 1..=reader.options.earlier {
         let [frame, open, close] = [clock.frame, clock.open, clock.close].map(|time| time - k as f64);
         stage.set_clock(Clock { frame, open, close });
-        let before = xform::places(reader, paths)?;
-        if !before.iter().zip(places).all(|(before, now)| before.is_like(now)) {
+        let before = xform::places(reader, &paths)?;
+        if !before.iter().zip(&now).all(|(before, now)| before.is_like(now)) {
             break;
         }
-        let Some(place) = before.iter().find(|place| Some(place.path.as_str()) == chosen) else { break };
+        let Some(place) = before.iter().find(|place| place.path == chosen) else { break };
         let Ok(Some(camera)) = read(reader, place, settings) else { break };
         cameras.push(camera);
     }

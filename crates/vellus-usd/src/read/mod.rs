@@ -197,6 +197,9 @@ fn read_prims(
     }
     reader.stage.set_shutter(shutter);
 
+    if reader.options.earlier > 0 {
+        reader.stage.watch_time();
+    }
     let places = places(reader, paths)?;
     // The camera decides how far meshes are subdivided, or their number.
     reader.meshes = places.iter().filter(|place| place.type_name == "Mesh").count();
@@ -209,7 +212,7 @@ fn read_prims(
     } else {
         reader.stage_size = subdivision::stage_size(reader, &places);
     }
-    reader.stage.watch_time();
+    reader.stage.forget_time();
     reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
@@ -252,7 +255,7 @@ fn read_prims(
         }
     }
     link::read(reader, &places)?;
-    reader.earlier = camera::earlier(reader, paths, &places, chosen.as_deref(), &settings)?;
+    reader.earlier = camera::earlier(reader, &places, chosen.as_deref(), &settings)?;
     Ok((settings.picture, places))
 }
 

@@ -27,6 +27,9 @@ pub(crate) struct Place {
     purpose: String,
     /// Whether an ancestor is a point instancer, which draws its prototypes itself.
     pub swallowed: bool,
+    /// Whether its place may change with time. Known if [`Stage::watch_time`](crate::stage::Stage::watch_time) was
+    /// called.
+    pub varies: bool,
 }
 
 impl Place {
@@ -71,6 +74,7 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
     let stage = reader.stage;
     let word = |name| Ok::<_, Error>(stage.words(path, name)?.and_then(|words| words.into_iter().next()));
     let mut read = || {
+        stage.forget_time();
         let (local, resets) = local_transform(reader, path, When::Open)?;
         let moves = stage.clock().close != stage.clock().open;
         let moved = if moves { local_transform(reader, path, When::Close)?.0 } else { local };
@@ -103,6 +107,7 @@ fn place(reader: &mut Reader, path: &str, parent: Option<&Place>) -> Result<Plac
         broken,
         purpose,
         swallowed: parent.is_some_and(|p| p.swallowed || p.type_name == "PointInstancer"),
+        varies: stage.varies() || parent.is_some_and(|p| p.varies),
     })
 }
 

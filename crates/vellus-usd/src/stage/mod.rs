@@ -232,7 +232,12 @@ impl Stage {
         self.varies.set(Some(false));
     }
 
-    /// Whether a value that was read since [`Stage::watch_time`] may change with time.
+    /// Forgets what [`Stage::varies`] noted.
+    pub fn forget_time(&self) {
+        self.varies.set(self.varies.get().map(|_| false));
+    }
+
+    /// Whether a value that was read since [`Stage::watch_time`] or [`Stage::forget_time`] may change with time.
     pub fn varies(&self) -> bool {
         self.varies.get() == Some(true)
     }
