@@ -1,5 +1,5 @@
 //! The time of queries in the near field, in the near field with a colour of their own (`vellus_coat_pigment`), and in
-//! the far field on this machine's GPU, in turns: medians.
+//! the far field on this machine's GPU, interleaved: medians.
 //!
 //! `cargo run --release -p vellus-gpu --example fields -- [QUERIES] [ROUNDS]`
 

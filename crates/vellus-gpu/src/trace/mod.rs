@@ -43,6 +43,8 @@ pub struct Tracer {
     buffers: Vec<wgpu::Buffer>,
     words: u64,
     state_bytes: u64,
+    /// The paths that wait, and the lists of them. They grow with the largest run.
+    waiting: Option<[wgpu::Buffer; 2]>,
     /// Samples that the last runs traced in [`RUN`].
     pace: u64,
 }
@@ -86,7 +88,7 @@ impl Tracer {
         let words = scene.sample_words as u64;
         device.alive().map_err(failed)?;
         let state_bytes = STATE_BYTES[usize::from(scene.features.contains(&("HAS_LOBES", true)))];
-        Ok(Tracer { device: device.clone(), pipelines, buffers, words, state_bytes, pace: 4096 })
+        Ok(Tracer { device: device.clone(), pipelines, buffers, words, state_bytes, waiting: None, pace: 4096 })
     }
 }
 
@@ -166,8 +168,14 @@ impl SampleTracer for Tracer {
             let start = Instant::now();
             let count = samples.len() as u64;
             let output = self.device.results(4 * count * self.words).map_err(failed)?;
-            let states = self.device.results(self.state_bytes * count).map_err(failed)?;
-            let lists = self.device.results(3 * 4 * count).map_err(failed)?;
+            let [states, lists] =
+                match self.waiting.take().filter(|[states, _]| states.size() >= self.state_bytes * count) {
+                    Some(waiting) => waiting,
+                    None => [
+                        self.device.results(self.state_bytes * count).map_err(failed)?,
+                        self.device.results(3 * 4 * count).map_err(failed)?,
+                    ],
+                };
             let counts = self.device.results(4 * 4).map_err(failed)?;
             let work = self.device.upload(samples).map_err(failed)?;
             let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &states, &lists, &counts, &work];
@@ -183,6 +191,7 @@ impl SampleTracer for Tracer {
                 left = self.device.download::<u32>(&counts).map_err(failed)?[0].into();
             }
             words.extend(self.device.download::<u32>(&output).map_err(failed)?);
+            self.waiting = Some([states, lists]);
             let ratio = RUN.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-4);
             self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
         }

@@ -76,7 +76,7 @@ pub(crate) fn earlier(
     }
     let now: Vec<&Place> = places.iter().filter(|place| needed.contains(place.path.as_str())).collect();
     let paths: Vec<String> = now.iter().map(|place| place.path.clone()).collect();
-    // What is wrong with the camera and the transforms was said for the frame itself.
+    // The frame itself has the warnings about the camera and the transforms.
     let warnings = std::mem::take(&mut reader.warnings);
     for k in 1..=reader.options.earlier {
         let [frame, open, close] = [clock.frame, clock.open, clock.close].map(|time| time - k as f64);
